@@ -12,6 +12,8 @@ from dic.arrays import F32, F64, I64, AnyArray, Mask
 from dic.compiled import njit
 
 SCALES = (8, 4), (16, 4), (24, 6), (32, 8)  # tiles: side of a block, and distance of blocks
+_WIDE = 64, 16  # tiles, of blocks for what hardly bends: where they are whole, and they count less
+_TRUST = 0.25
 _DERIVATIVES = 3
 _TINY = 1e-24  # px², a variance below which numbers end
 _ROUNDS = 8  # in which what a block lacks is filled from what it has
@@ -73,17 +75,23 @@ def denoise(field: F64, sigma: F64, valid: Mask, pilot: F64 | None) -> BlockFiel
     its variance there squared, so large blocks of few coefficients win where the field is smooth.
     """
     totals = np.zeros((2, _DERIVATIVES, 3, *valid.shape))  # Σω value, Σω σ², Σω
+    sigma = np.where(valid, sigma, 0.0)
+    planes = [(field[a], sigma[a], None if pilot is None else pilot[a]) for a in range(2)]
     for side, step in SCALES:
         if min(valid.shape) >= side:
             layout = _lay(valid.shape, side, step)
             masks = layout.cut(valid)
             whole = np.asarray(masks.all(axis=(1, 2)))
             parts = parts_of(masks, ~whole)
-            for a in range(2):
-                guide = None if pilot is None else pilot[a]
-                planes = field[a], np.where(valid, sigma[a], 0.0), guide
-                _add_whole(replace(layout, starts=layout.starts[whole]), planes, totals[a])
-                _add_parts(layout, planes, parts, totals[a])
+            for each, total in zip(planes, totals, strict=True):
+                _add_whole(replace(layout, starts=layout.starts[whole]), each, total)
+                _add_parts(layout, each, parts, total)
+    if min(valid.shape) >= _WIDE[0]:
+        wide = _lay(valid.shape, *_WIDE)
+        whole = np.asarray(wide.cut(valid).all(axis=(1, 2)))
+        wide = replace(wide, starts=wide.starts[whole], weight=_TRUST * wide.weight)
+        for each, total in zip(planes, totals, strict=True):
+            _add_whole(wide, each, total)
     weight = totals[:, :, 2]
     there = valid & (weight[0, 0] > 0)
     safe = np.where(weight > 0, weight, 1.0)
@@ -105,9 +113,10 @@ def _add_whole(layout: _Layout, planes: tuple[F64, F64, F64 | None], totals: F64
     blocks = polynomials.analyse(layout.cut(field))
     pilot = None if guide is None else polynomials.analyse(layout.cut(guide))
     gain = polynomials.gains(blocks, noise, pilot)
-    variance = polynomials.uncertainty(gain) * np.square(noise)[:, None, None]
-    blocks *= gain
-    _add(layout, layout.starts, blocks, variance, np.ones((1, 1, 1), bool), totals)
+    kept = polynomials.degrees(gain)
+    blocks, gain = blocks[:, :kept, :kept], gain[:, :kept, :kept]
+    variance = polynomials.uncertainty(gain, layout.side) * np.square(noise)[:, None, None]
+    _add(layout, layout.starts, blocks * gain, variance, np.ones((1, 1, 1), bool), totals)
 
 
 def _add_parts(
@@ -130,10 +139,11 @@ def _add_parts(
     coefficients = polynomials.analyse(filled(blocks, known))
     gain = polynomials.gains(coefficients, noise, pilot)
     for _ in range(_ROUNDS - 1):
-        estimate = polynomials.synthesise(coefficients * gain)
+        estimate = polynomials.synthesise(coefficients * gain, layout.side)
         coefficients = polynomials.analyse(np.where(known, blocks, estimate))
         gain = polynomials.gains(coefficients, noise, pilot)
-    variance = polynomials.uncertainty(gain) * (np.square(noise) / fraction)[:, None, None]
+    variance = polynomials.uncertainty(gain, layout.side)
+    variance *= (np.square(noise) / fraction)[:, None, None]
     _add(layout, layout.starts[parts.block], coefficients * gain, variance, known, totals)
 
 
@@ -141,8 +151,8 @@ def _add(
     layout: _Layout, starts: I64, coefficients: F32, variance: F32, known: Mask, totals: F64
 ) -> None:
     for derivative in range(_DERIVATIVES):
-        value = polynomials.synthesise(coefficients, derivative)
-        of_value = polynomials.spread(variance, derivative)
+        value = polynomials.synthesise(coefficients, layout.side, derivative)
+        of_value = polynomials.spread(variance, layout.side, derivative)
         _overlay(starts, value, of_value, known, layout.weight, totals[derivative])
 
 

@@ -14,6 +14,8 @@ _ALWAYS = 2  # total degree below which coefficients are kept: shift and plane
 _FAINT = 1.0  # (pilot/σ)² below which a coefficient is dropped
 _CLEAR, _BESIDE = 0.8, 0.4  # a gain that is signal for certain, and what it says of the next one
 _SHIFT, _PLANE = 0.5, 0.35  # of their variance in one block, that the mean of blocks keeps
+_WIDE = 48  # points along a side, from which a block stands less among others and bends more
+_WIDE_SHIFT, _WIDE_PLANE, _BENT = 0.6, 0.42, 1.3
 _TINY = np.float32(1e-30)
 VALUE, ALONG_X, ALONG_Y = 0, 1, 2
 
@@ -35,18 +37,26 @@ def analyse(blocks: AnyArray) -> F32:
     return _both(np.asarray(blocks, np.float32), value, value.T)
 
 
-def synthesise(coefficients: F32, derivative: int = VALUE) -> F32:
-    """Blocks (M, n, n) of coefficients; or their slope along x or y, per point."""
-    value, slope = basis(coefficients.shape[-1])
-    along, down = (slope if derivative == k else value for k in (ALONG_X, ALONG_Y))
-    return _both(coefficients, down.T, along)
+def degrees(gain: F32) -> int:
+    """Count the degrees along each axis that have a part in any block, and one beside them."""
+    used = np.flatnonzero(np.any(gain, axis=(0, 1)) | np.any(gain, axis=(0, 2)))
+    return min(int(used.max(initial=0)) + 2, gain.shape[-1])
 
 
-def spread(weights: F32, derivative: int = VALUE) -> F32:
-    """Σ weight · φ² (M, n, n): variance of a point whose coefficients have such variances."""
-    value, slope = basis(weights.shape[-1])
-    along, down = (np.square(slope if derivative == k else value) for k in (ALONG_X, ALONG_Y))
-    return _both(weights, down.T, along)
+def synthesise(coefficients: F32, side: int, derivative: int = VALUE) -> F32:
+    """Blocks (M, n, n) of their first coefficients (M, k, k); or their slope, per point."""
+    value, slope = basis(side)
+    along, down = (slope if derivative == axis else value for axis in (ALONG_X, ALONG_Y))
+    kept = coefficients.shape[-1]
+    return _both(coefficients, down[:kept].T, along[:kept])
+
+
+def spread(weights: F32, side: int, derivative: int = VALUE) -> F32:
+    """Σ weight · φ² (M, n, n): variance of a point whose coefficients (M, k, k) have such ones."""
+    value, slope = basis(side)
+    along, down = (np.square(slope if derivative == axis else value) for axis in (ALONG_X, ALONG_Y))
+    kept = weights.shape[-1]
+    return _both(weights, down[:kept].T, along[:kept])
 
 
 def gains(coefficients: F32, sigma: F32, pilot: F32 | None) -> F32:
@@ -68,12 +78,12 @@ def gains(coefficients: F32, sigma: F32, pilot: F32 | None) -> F32:
     return gain
 
 
-def uncertainty(gain: F32) -> F32:
+def uncertainty(gain: F32, side: int) -> F32:
     """Variance of each coefficient over that of its noise: its gain, as of a Wiener filter.
 
     A coefficient that is dropped may be signal below the noise, the more so beside one that is not.
     Where there is nothing but a plane, blocks that lie over one another err in part on their own,
-    and less on average.
+    and less on average. What a wide block drops of a field that bends is more.
     """
     beside = np.zeros_like(gain)
     large = np.where(gain > _CLEAR, np.float32(_BESIDE), np.float32(0))
@@ -82,9 +92,12 @@ def uncertainty(gain: F32) -> F32:
     found = np.maximum(gain, beside)
     clear = gain > _CLEAR
     plain = clear.sum(axis=(1, 2)) == clear[:, 0, 0] + clear[:, 0, 1].astype(int) + clear[:, 1, 0]
-    found[plain, 0, 0] *= _SHIFT
-    found[plain, 0, 1] *= _PLANE
-    found[plain, 1, 0] *= _PLANE
+    wide = side >= _WIDE
+    shift, slope, bent = (_WIDE_SHIFT, _WIDE_PLANE, _BENT) if wide else (_SHIFT, _PLANE, 1.0)
+    found[plain, 0, 0] *= shift
+    found[plain, 0, 1] *= slope
+    found[plain, 1, 0] *= slope
+    found[~plain] *= bent
     return found
 
 

@@ -105,7 +105,9 @@ def fill(
         return motion, np.zeros(len(xy), dtype=bool)
     from scipy.spatial import KDTree
 
-    distance, nearest = map(np.asarray, KDTree(xy[good]).query(xy[given]))
+    # Few are asked for: a tree that is soon built.
+    tree = KDTree(xy[good], balanced_tree=False, compact_nodes=False)
+    distance, nearest = map(np.asarray, tree.query(xy[given]))
     near = distance <= reach
     given[given] = near
     source, filled = np.flatnonzero(good)[nearest[near]], motion.copy()

@@ -52,6 +52,26 @@ def test_large_windows_are_chosen_where_the_field_is_even():
     assert np.median(even.sigma[0, 0]) < 0.1 * SIGMA
 
 
+def test_where_nothing_bends_blocks_are_wider_still():
+    wide, off, stated = (96, 108), [], []
+    for seed in range(6):
+        tiles = drawn(np.zeros(wide), seed)
+        off.append(tiles.values[0, 0, 8:-8, 8:-8])
+        stated.append(tiles.sigma[0, 0, 8:-8, 8:-8])
+    scatter = np.sqrt(np.mean(np.square(off)))
+    assert scatter < 0.033 * SIGMA  # 0.041 with blocks of 32 tiles and less
+    assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(scatter, rel=0.2)
+
+
+def test_wide_blocks_flatten_no_bump():
+    y, x = np.indices((96, 108)).astype(float)
+    bump = 0.5 * np.exp(-((x - 60) ** 2 + (y - 40) ** 2) / 200)
+    off = [drawn(bump, seed).values[0, 0] - bump for seed in range(6)]
+    around = bump > 0.05
+    assert np.abs(np.mean(off, axis=0))[around].max() < 0.5 * SIGMA
+    assert np.sqrt(np.mean(np.square(off), axis=0))[around].mean() < 0.2 * SIGMA
+
+
 def test_half_of_a_field_may_be_masked():
     x, y = places()
     truth, valid = FIELDS["a bend"](x, y), x + 0.3 * y < 35

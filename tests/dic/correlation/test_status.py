@@ -39,13 +39,18 @@ def assert_rest_is_measured(disp, noise=2.0):
 
 
 def test_lost_pattern_has_low_correlation(pattern, reference):
-    frame = pattern.draw(SHIFT)
-    frame[HOLE] = np.random.default_rng(1).normal(128, 50, frame[HOLE].shape)
-    disp = dic.correlate(dic.prepare(reference), frame)
-    assert (disp.status[deep_inside(disp.xy)] == Status.LOW_CORRELATION).all()
-    assert np.isnan(disp.u[~disp.valid]).all()
-    assert np.isnan(disp.sigma_v[~disp.valid]).all()
-    assert_rest_is_measured(disp)
+    frame, rest = pattern.draw(SHIFT), []
+    for seed in range(4):
+        frame[HOLE] = np.random.default_rng(seed).normal(128, 50, frame[HOLE].shape)
+        disp = dic.correlate(dic.prepare(reference), frame)
+        assert (disp.status[deep_inside(disp.xy)] == Status.LOW_CORRELATION).all()
+        assert np.isnan(disp.u[~disp.valid]).all()
+        assert np.isnan(disp.sigma_v[~disp.valid]).all()
+        far = far_from(disp.xy)
+        rest.append(disp.valid[far])
+        assert np.nanmax(np.abs(disp.u[far] - SHIFT[0])) <= 0.05
+    # The spline of the frame carries what is lost two or three pixels on.
+    assert np.mean(rest) > 0.99
 
 
 def test_blank_area_with_noise_is_flat(pattern, reference):
