@@ -10,6 +10,7 @@ from .adaptive.adaptive_tiles import (
     AdaptiveTiles as AdaptiveTiles,
     denoised_tiles as denoised_tiles,
 )
+from .correlation.clipping import clipped_status as clipped_status
 from .correlation.correlation import correlate as correlate
 from .correlation.point_status import expected_sigma as expected_sigma
 from .correlation.reference import (

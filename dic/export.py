@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 INVARIANTS = ("principal_1", "principal_2", "principal_angle", "max_shear", "von_mises")
 """Names of the invariants of strain in files."""
 
+DRAWN = ("u", "v", "exx", "eyy", "exy", "sigma_u", "sigma_exx", "zncc", "status")
+"""Fields that `draw_fields` draws, a file each."""
+
 
 @contextmanager
 def aside(path: str | Path) -> Generator[Path]:
@@ -193,15 +196,14 @@ def draw_fields(
     Returns
     -------
     list of Path
-        The files: u, v, exx, eyy, exy, sigma_u, sigma_exx, zncc and status.
+        The files, by the names `DRAWN`.
     """
     from dic.plots import plot
 
     table, image, folder = columns(disp, eps), check_image(image, "reference"), read_path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    names = ("u", "v", "exx", "eyy", "exy", "sigma_u", "sigma_exx", "zncc", "status")
-    paths = [folder / f"{name}.png" for name in names]
-    for name, path in zip(names, paths, strict=True):
+    paths = [folder / f"{name}.png" for name in DRAWN]
+    for name, path in zip(DRAWN, paths, strict=True):
         with aside(path) as draft:
             plot.draw(draft, image, name, table[name], disp)
     return paths

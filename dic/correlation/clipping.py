@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dic.arrays import F64, I64, AnyArray
 from dic.compiled import njit
 from dic.fields.displacement import Status
+from dic.images.image import check_image
+
+UNUSABLE = 2 / 3
+"""Fraction of a subset, or of an image, at black or at white from which it cannot be trusted."""
 
 
 def white(image: AnyArray) -> int:
@@ -20,6 +25,27 @@ def levels(image: AnyArray) -> tuple[tuple[int, Status], ...]:
     if not np.issubdtype(image.dtype, np.integer):
         return ()
     return (0, Status.DARK), (white(image), Status.SATURATED)
+
+
+def clipped_status(image: ArrayLike) -> Status | None:
+    """Say whether an image is black or white for the most part.
+
+    Parameters
+    ----------
+    image : (H, W) uint8, uint16 or float, grey levels
+
+    Returns
+    -------
+    Status or None
+        DARK or SATURATED; None of any other image, and of float, whose range is not known.
+
+    Raises
+    ------
+    ValueError
+        The image cannot be used.
+    """
+    grey = check_image(image, "deformed")
+    return next((name for level, name in levels(grey) if np.mean(grey == level) > UNUSABLE), None)
 
 
 def gained(

@@ -22,7 +22,6 @@ from dic.images.spline import noise_slope, prefilter, spline_gradient
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _FAR = 5.0  # σ of the mean square that noise has there
 _HALF = 0.5  # of the median: what is steeper is like the rest
-_CLIPPED = 2 / 3  # fraction of a subset at black or at white from which it cannot be trusted
 _LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
 
 
@@ -236,8 +235,8 @@ def _status(rest: Rest, weight: Mask, centres: I64, half: int) -> I8:
     enough = (2 * half + 1) ** 2 / 2
     for level, name in rest.levels:
         clipped = image == level
-        if np.count_nonzero(clipped) > _CLIPPED * enough:
-            status[box_sums(clipped, centres, half) > _CLIPPED * area] = name
+        if np.count_nonzero(clipped) > clipping.UNUSABLE * enough:
+            status[box_sums(clipped, centres, half) > clipping.UNUSABLE * area] = name
     if not weight.all():
         status[box_sums(weight, centres, half) < enough] = Status.EXCLUDED
     status[area < enough] = Status.OUTSIDE

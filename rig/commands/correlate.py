@@ -118,7 +118,8 @@ def correlate(
         _check_how(follow, workers, cluster, plots)
     start = _guess(guess, field, net, follow)
     stills = photographs.read_stills(reference)
-    before = stills[0]
+    before = _mean(stills)
+    _require_on_image(start, before)
     after = photographs.read(Path(deformed)) if frames is None else None
     drawn = read_regions(regions) if regions else Regions()
     mask = _mask(before, roi, drawn)
@@ -141,6 +142,13 @@ def correlate(
             written = pair.Written(plots, force, as_json)
             named = Path(deformed).name, after
             pair.correlate(folder, prepared, named, drawn, strain, written)
+
+
+def _mean(stills: list[np.ndarray]) -> np.ndarray:
+    """Mean of the stills (H, W); of a single one itself, whose depth says where it clips."""
+    import numpy as np
+
+    return stills[0] if len(stills) == 1 else np.mean(stills, axis=0)
 
 
 def _prepared(
@@ -202,6 +210,16 @@ def _guess(
     if not (isfinite(u) and isfinite(v)):
         raise ValueError(f"guess must be u and v in px, such as 12.5,-3, got '{text}'; write it so")
     return u, v
+
+
+def _require_on_image(guess: tuple[float, float] | None, image: np.ndarray) -> None:
+    """Refuse a motion px by which every point would leave the image (H, W)."""
+    height, width = image.shape
+    if guess and not (abs(guess[0]) < width and abs(guess[1]) < height):
+        raise ValueError(
+            f"guess {guess[0]:g},{guess[1]:g} px moves all points off the image of"
+            f" {width}x{height} px; give the motion in px"
+        )
 
 
 def _warn_off_the_points(drawn: Regions, ref: dic.Reference) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rig.commands.output import emit, folder_aside, say
+from rig.commands.output import emit, folder_aside, say, warn
 from rig.commands.statuses import status_lines
 
 if TYPE_CHECKING:
@@ -57,12 +57,15 @@ def correlate(
     found = strained(measured.disp, strain, measured.by_net)
     seconds = time.perf_counter() - start
     say(ref.prefilter.reason)
-    if how.force:
-        remove_earlier(folder)
+    error = nothing_measured(found.disp, image)
+    if error:
+        warn(f"{name}: {error}")
+    more = _of_net(measured) | {"vsg": float(found.strain.vsg)}
     with folder_aside(folder) as aside:
-        error = nothing_measured(found.disp, image)
-        write_pair(aside, ref, name, found, error, regions, strain, _of_net(measured))
+        write_pair(aside, ref, name, found, error, regions, strain, more)
         _write_more(aside, ref, found, how.plots)
+        written = {path.name for path in aside.iterdir()}
+    remove_earlier(folder, written)
     read = reader_of(ref, regions, strain).read(found.table(strain.fields))
     figures = (
         _figures(found.disp, found.strain)
@@ -153,7 +156,7 @@ def _tables(figures: dict[str, Any]) -> Group:
         f" at {figures['strain_points']} points",
         *_read_lines(figures["readings"]),
         *([figures["by_net_reason"]] if "by_net_reason" in figures else []),
-        f"{figures['seconds']:.2f} s; written to {figures['folder']}",
+        f"correlated in {figures['seconds']:.2f} s; written to {figures['folder']}",
     )
 
 

@@ -48,15 +48,25 @@ def read_stills(named: str) -> list[np.ndarray]:
     frames = open_frames(named)
     say_if_coloured(frames)
     stills = [frames.read(number) for number in range(len(frames.names))]
+    for name, still in zip(frames.names, stills, strict=True):
+        _require_size(still, name, stills[0], frames.names[0])
     if len(stills) > 1:
         say(f"the reference is the mean of {len(stills)} images, from {frames.names[0]} on")
     return stills
 
 
-def say_if_coloured(frames: Frames | None) -> None:
-    """Say that the luminance of frames is taken, by the first of them."""
-    from rig.series.frames import ImageFiles
-    from rig.series.photograph import is_coloured
+def _require_size(still: np.ndarray, name: str, first: np.ndarray, first_name: str) -> None:
+    """Refuse a still (H, W) that is not of the size of the first."""
+    if still.shape != first.shape:
+        raise ValueError(
+            f"'{name}' is {still.shape[1]}x{still.shape[0]} px and '{first_name}'"
+            f" {first.shape[1]}x{first.shape[0]} px; stills must come from one camera setting"
+        )
 
-    if isinstance(frames, ImageFiles) and is_coloured(frames.paths[0]):
-        say(f"{frames.names[0]} is stored in colour; of such frames the luminance is taken")
+
+def say_if_coloured(frames: Frames | None) -> None:
+    """Say that the luminance of frames is taken, by the first file that is stored in colour."""
+    from rig.series.frames import coloured_file
+
+    if frames is not None and (name := coloured_file(frames)):
+        say(f"{name} is stored in colour; of such frames the luminance is taken")

@@ -56,14 +56,13 @@ def correlate(
 ) -> None:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read."""
     from rig.series.measure import unreadable_net
-    from rig.series.run import PARTS, remove_earlier, run_series
+    from rig.series.run import PARTS, READINGS, remove_earlier, run_series
 
     if missing := unreadable_net(strain.field):
         warn(f"all points are of the adaptive field: {missing}")
     parts = folder / PARTS
     if how.force and folder.exists():
         shutil.rmtree(parts, ignore_errors=True)
-        remove_earlier(folder)
     if not parts.exists():
         require_free(folder, how.force)
     say_if_coloured(frames)
@@ -72,6 +71,7 @@ def correlate(
         done = run_series(
             folder, ref, frames, regions, strain, how.workers, how.follow, how.cluster, report
         )
+    remove_earlier(folder, (READINGS,) if regions.columns else ())
     for name, error in done.errors[:_SHOWN]:
         warn(f"{name}: {error}")
     figures = _figures(done) | {

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 from threading import Lock
 from typing import Protocol
 
 import numpy as np
 
-import dic
-from rig.series.photograph import luminance, page_count, read_photograph
+from rig.series.photograph import is_coloured, page_count, read_page, read_photograph
 from rig.system.arrays import AnyArray
 
 _TIFF = (".tif", ".tiff")
@@ -52,40 +54,35 @@ class TiffPages:
     """Pages of one TIFF."""
 
     def __init__(self, path: Path) -> None:
-        self._path, self._count = path, page_count(path)
+        self.path, self._count = path, page_count(path)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Name of the file and number of the page, from 1 on."""
-        return tuple(f"{self._path.name} {n + 1}" for n in range(self._count))
+        return tuple(f"{self.path.name} {n + 1}" for n in range(self._count))
 
     def read(self, number: int) -> AnyArray:
         """Read a page."""
-        from PIL import Image
-
-        with Image.open(self._path) as image:
-            image.seek(number)
-            return dic.check_image(luminance(image), "deformed")
+        return read_page(self.path, number)
 
 
-@dataclass(frozen=True)
 class Joined:
     """Frames of several sources, one after the other."""
 
-    sources: tuple[Frames, ...]
+    def __init__(self, sources: Sequence[Frames]) -> None:
+        self.sources = tuple(sources)
+        self._names = tuple(name for source in sources for name in source.names)
+        self._first = [0, *accumulate(len(source.names) for source in sources)]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all of them."""
-        return tuple(name for source in self.sources for name in source.names)
+        return self._names
 
     def read(self, number: int) -> AnyArray:
         """Read a frame of the source that holds it."""
-        for source in self.sources:
-            if number < len(source.names):
-                return source.read(number)
-            number -= len(source.names)
-        raise IndexError(number)
+        source = bisect_right(self._first, number) - 1
+        return self.sources[source].read(number - self._first[source])
 
 
 class Video:
@@ -117,6 +114,22 @@ class Video:
         if not done:
             raise OSError(f"frame {number + 1} of {self._path} cannot be read; convert the video")
         return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+
+
+def coloured_file(frames: Frames) -> str | None:
+    """Name the first file of frames that are read by their luminance; None where there is none.
+
+    What a video is stored as is not known.
+    """
+    match frames:
+        case ImageFiles(paths):
+            return next((path.name for path in paths if is_coloured(path)), None)
+        case TiffPages(path=path):
+            return path.name if is_coloured(path) else None
+        case Joined(sources=sources):
+            return next((name for one in sources if (name := coloured_file(one))), None)
+        case _:
+            return None
 
 
 def open_frames(what: str) -> Frames:
@@ -152,7 +165,7 @@ def _images(paths: list[Path]) -> Frames:
     if not any(several):
         return ImageFiles(tuple(paths))
     sources = zip(paths, several, strict=True)
-    return Joined(tuple(TiffPages(p) if pages else ImageFiles((p,)) for p, pages in sources))
+    return Joined([TiffPages(p) if pages else ImageFiles((p,)) for p, pages in sources])
 
 
 def _in_order(path: Path) -> list[tuple[int, str]]:

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     """A kind, whose net is that of the package, or a net that was read from a file."""
 
 BY_NETS = ("net", "image-net")
-_MOSTLY = 2 / 3  # fraction of a frame at black or at white, as of a subset
-_WHITE = tuple(2**bits - 1 for bits in (8, 10, 12, 14, 16))  # where cameras clip
 
 BLOCK = 160  # px, side of the largest block of an adaptive field: errors farther apart are free
 
@@ -138,7 +136,9 @@ def nothing_measured(found: dic.DisplacementField, image: AnyArray) -> str:
     """Say what is the matter with a frame in which no point was measured; empty otherwise."""
     if found.valid.any():
         return ""
-    clipped = _clipped(image)
+    import dic
+
+    clipped = dic.clipped_status(image)
     if clipped is not None:
         return f"no point was measured, the frame is {clipped.name}: {clipped.sentence}"
     usual = _usual(found.status)
@@ -168,19 +168,3 @@ def _usual(status: AnyArray) -> dic.Status:
 
     names, counts = np.unique(status[status != dic.Status.EXCLUDED], return_counts=True)
     return dic.Status(names[counts.argmax()]) if len(names) else dic.Status.EXCLUDED
-
-
-def _clipped(image: AnyArray) -> dic.Status | None:
-    """Whether a frame is black or white for the most part; None of one whose range is unknown."""
-    import numpy as np
-
-    import dic
-
-    if not np.issubdtype(image.dtype, np.integer):
-        return None
-    if np.mean(image == 0) > _MOSTLY:
-        return dic.Status.DARK
-    brightest = int(image.max())
-    if brightest in _WHITE and np.mean(image == brightest) > _MOSTLY:
-        return dic.Status.SATURATED
-    return None

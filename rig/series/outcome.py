@@ -25,8 +25,8 @@ class SeriesOutcome:
         Why each of them was left out; "" where it was not.
     counts : (F, S) int64
         Points of each frame by their `dic.Status`; none of a frame that was not compared.
-    of_net : (C,) int64 or None
-        Points of a net in each frame that was compared; None where no net is asked for.
+    of_net : (F,) int64 or None
+        Points of a net in each frame, 0 in one that was left out; None where no net is asked for.
     seconds : float
         Time that the correlation took.
     """

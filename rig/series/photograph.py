@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 from pathlib import Path
 
@@ -12,6 +13,17 @@ import dic
 from rig.system.arrays import AnyArray
 
 _COLOURED = ("RGB", "RGBA", "RGBX", "P", "PA", "LA", "CMYK", "YCbCr", "LAB", "HSV")
+_DAMAGED = (  # what Pillow raises where the bytes of a file do not fit together
+    OSError,
+    SyntaxError,
+    EOFError,
+    ValueError,
+    TypeError,
+    LookupError,
+    ArithmeticError,
+    struct.error,
+    Image.DecompressionBombError,
+)
 
 
 def read_photograph(path: Path) -> AnyArray:
@@ -22,26 +34,36 @@ def read_photograph(path: Path) -> AnyArray:
     OSError, ValueError
         As `dic.read_image`, but for colour.
     """
+    return read_page(path, 0) if is_coloured(path) else dic.read_image(path)
+
+
+def read_page(path: Path, number: int) -> AnyArray:
+    """Read one of the images that a file holds, as `read_photograph` does.
+
+    Raises
+    ------
+    OSError
+        It cannot be read.
+    ValueError
+        It is none that can be correlated.
+    """
     try:
-        return dic.read_image(path)
-    except ValueError:
-        if not is_coloured(path):
-            raise
-    with Image.open(path) as image:
-        return luminance(image)
-
-
-def luminance(image: Image.Image) -> AnyArray:
-    """Pixels (H, W) of an image, as they are or, of one in colour, its luminance."""
-    return np.asarray(image.convert("L") if image.mode in _COLOURED else image)
+        with warnings.catch_warnings(action="ignore"), Image.open(path) as image:
+            image.seek(number)
+            pixels = np.asarray(image.convert("L") if image.mode in _COLOURED else image)
+    except _DAMAGED as error:
+        raise OSError(
+            f"image {number + 1} of {path} cannot be read ({error}); copy or record it again"
+        ) from None
+    return dic.check_image(pixels, "photographed")
 
 
 def is_coloured(path: Path) -> bool:
-    """Whether a file holds an image in colour."""
+    """Whether a file holds an image in colour, by the first one."""
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path) as image:
             return image.mode in _COLOURED
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+    except _DAMAGED:  # who reads it will say so
         return False
 
 
@@ -50,5 +72,5 @@ def page_count(path: Path) -> int:
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path) as image:
             return int(getattr(image, "n_frames", 1))
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+    except _DAMAGED:
         return 1

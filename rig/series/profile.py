@@ -13,7 +13,7 @@ from rig.series.between import Between, lay
 from rig.series.read import SeriesResult
 from rig.system.arrays import F64
 
-JUMPING = ("status", "principal_angle")
+JUMPING = ("status", "principal_angle", "by_net")
 """Fields between whose points nothing lies: the nearest point is read."""
 
 

@@ -6,7 +6,7 @@ import csv
 import hashlib
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import dic
@@ -24,8 +24,10 @@ from rig.series.tabulate import Measured, StrainOptions
 
 PARTS, FIELDS, GRID, READINGS = "parts", "fields.h5", "fields.xdmf", "readings.csv"
 """What a test leaves in its folder; the parts are gone when it is done."""
-OF_A_PAIR = TABLE, SHEET = "fields.csv", "fields.png"
-"""What a pair leaves beside that."""
+TABLE, SHEET = "fields.csv", "fields.png"
+"""What a pair leaves beside that, and plots of single fields."""
+
+_REPLACED = {READINGS, TABLE, SHEET, *(f"{name}.png" for name in export.DRAWN)}
 
 
 def run_series(
@@ -98,9 +100,9 @@ def write_pair(
     shutil.rmtree(parts)
 
 
-def remove_earlier(folder: Path) -> None:
-    """Remove what an earlier run has left that another one may not replace."""
-    for name in (READINGS, *OF_A_PAIR):
+def remove_earlier(folder: Path, written: Collection[str]) -> None:
+    """Remove files of an earlier run that another one, which has `written` these, has none of."""
+    for name in _REPLACED.difference(written):
         (folder / name).unlink(missing_ok=True)
 
 
@@ -149,6 +151,8 @@ def _settings(ref: dic.Reference, names: Sequence[str], strain: StrainOptions) -
         "step": ref.grid.step if ref.grid else 0,
         "order": ref.order,
         "prefilter": ref.prefilter.sigma,
+        "stills": ref.stills,
+        "scatter": ref.scatter.tolist(),
         "strain_window": strain.window,
         "strain_kind": strain.kind,
         "field": kind_of(strain.field),

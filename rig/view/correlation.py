@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import count
 from pathlib import Path
 
-import dic
 from dic import export
+from rig.series.measure import require_points
 from rig.series.regions import regions_toml
 from rig.series.run import FIELDS, PARTS, run_series
 from rig.series.scale import scaled_points, two_points
@@ -28,8 +28,7 @@ def start(test: ViewedTest, asked: AskedSettings) -> None:
         The image, its ROI or the settings cannot be used, or one is running.
     """
     ref, frames, regions = prepared(test, asked), _frames(test, asked.reference), asked.regions
-    if not (ref.status == dic.Status.OK).any():
-        raise ValueError("no point can be measured; draw the ROI over the pattern")
+    require_points(ref)
     scaled = scaled_points(two_points(asked.scale, None), ref.xy) if asked.scale.strip() else None
     strain = StrainOptions(asked.window, asked.kind, scaled=scaled)
 

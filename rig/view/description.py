@@ -13,7 +13,10 @@ from rig.system.arrays import AnyArray
 from rig.view.reading import axis_as_json
 from rig.view.viewed import ViewedTest
 
-_SHOWN = ("subset", "step", "order", "strain_window", "strain_kind", "field", "mm_per_px", "scale")
+_SHOWN = (
+    "subset", "step", "order", "stills", "scatter", "strain_window", "strain_kind", "field",
+    "mm_per_px", "scale",
+)  # fmt: skip
 _FIRST = ("exx", "eyy", "exy", "u", "v")
 
 
@@ -91,4 +94,4 @@ def _hex(colours: AnyArray) -> list[str]:
 
 def _plain(value: Any) -> Any:
     """Return an attribute of the file as JSON has it."""
-    return value.item() if hasattr(value, "item") else value
+    return value.tolist() if hasattr(value, "tolist") else value

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from dic import export
+from rig.series.invariants import Invariant, derived
 from rig.series.read import SeriesResult
 from rig.system.arrays import AnyArray
 
@@ -64,7 +65,11 @@ class _KeptField:
 def for_looking(result: SeriesResult, kept: Kept | None = None) -> SeriesResult:
     """Give a result whose fields are kept when they were read."""
     kept = kept or Kept()
-    arrays: dict[str, Any] = {
-        name: _KeptField(name, source, kept) for name, source in result.arrays.items()
+    stored = {
+        name: _KeptField(name, source, kept)
+        for name, source in result.arrays.items()
+        if not isinstance(source, Invariant)
     }
+    following = {name: _KeptField(name, one, kept) for name, one in derived(stored).items()}
+    arrays: dict[str, Any] = stored | following
     return replace(result, arrays=arrays)

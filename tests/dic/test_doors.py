@@ -114,6 +114,7 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "strain_measure": {"gradient": np.eye(2), "kind": "logarithmic"},
     "strain_operator": {"valid": np.ones((5, 6), bool), "step": 5, "window": 3},
     "smooth": {"disp": "disp", "window": 3, "degree": 1},
+    "clipped_status": {"image": "image"},
     "check_image": {"image": "image", "name": "reference"},
     "read_image": {"path": "none.png"},
     "sssig": {"image": "image", "subset": 11, "xy": "pixels"},

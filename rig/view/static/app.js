@@ -93,13 +93,16 @@ async function limits() {
   if (!state.limits.has(name)) state.limits.set(name, await getJSON("limits", { name }));
 }
 
+// Which reference it is where several images are, and by how much what they scatter by widens σ.
+const ofStills = ({ stills, scatter }) => (stills > 1 ? `, reference of ${stills} stills, σ × ${Math.max(...scatter).toFixed(2)}` : "");
+
 function showFrame() {
   const { name, error } = frames()[state.frame];
   find("seek").value = state.frame;
   find("frame-name").textContent = `frame ${state.frame} · ${name}`;
   const { settings } = result() ?? {};
   find("status").textContent = result()
-    ? `${result().path} · subset ${settings.subset} px, step ${settings.step} px, ${settings.strain_kind} strain`
+    ? `${result().path} · subset ${settings.subset} px, step ${settings.step} px, ${settings.strain_kind} strain${ofStills(settings)}`
     : `${frames().length} images; draw a ROI, look at the noise floor, correlate`;
   find("notice").hidden = !error;
   find("notice").children[0].textContent = error ? "This frame was left out" : "";

@@ -3,6 +3,7 @@
 import csv
 import importlib
 import json
+import re
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import dic
 import models
 from rig import cli
 from rig.commands.compiling import compiling_announced
@@ -141,8 +143,25 @@ def test_extensometers_and_gauges_of_a_pair_are_read(pair, correlate, tmp_path):
 def test_readings_of_an_earlier_run_go_when_it_is_replaced(pair, correlate, tmp_path):
     (tmp_path / "r.toml").write_text(REGIONS)
     assert correlate(*pair, "--regions", "r.toml", "--out", "out").returncode == 0
-    assert correlate(*pair, "--out", "out", "--force").returncode == 0
+    assert correlate(*pair, "--out", "out", "--plots", "--force").returncode == 0
     assert "readings.csv" not in files_in(tmp_path / "out")
+    assert correlate(*pair, "--out", "out", "--force").returncode == 0
+    assert files_in(tmp_path / "out") == ["fields.csv", "fields.h5", "fields.png", "fields.xdmf"]
+
+
+def test_an_earlier_run_stays_where_another_cannot_be_written(
+    pair, correlate, tmp_path, monkeypatch
+):
+    (tmp_path / "r.toml").write_text(REGIONS)
+    assert correlate(*pair, "--regions", "r.toml", "--out", "out", "--plots").returncode == 0
+    before = files_in(tmp_path / "out")
+
+    def full(*given):
+        raise OSError("the disk is full")
+
+    monkeypatch.setattr(dic.export, "draw_overview", full)
+    assert correlate(*pair, "--out", "out", "--force").returncode == 2
+    assert files_in(tmp_path / "out") == before
 
 
 PERIOD = 16
@@ -381,6 +400,7 @@ def test_a_blank_frame_measures_nothing_and_says_so(pair, correlate, tmp_path):
     said = json.loads(done.stdout)
     assert said["status"]["ok"] == 0
     assert said["u"] is None
+    assert "after.png: no point was measured, " in " ".join(done.stderr.split())
 
 
 @pytest.mark.parametrize(
@@ -396,6 +416,7 @@ def test_a_blank_frame_measures_nothing_and_says_so(pair, correlate, tmp_path):
         ("--roi", "small.png"),
         ("--guess", "3"),
         ("--guess", "nan,1"),
+        ("--guess", "0,-150"),
         ("--workers", 2),
         ("--follow", "--force"),
     ],
@@ -453,16 +474,45 @@ def test_a_failure_while_writing_leaves_nothing(tmp_path):
     assert not (tmp_path / "deep" / "out").exists()
 
 
-def test_several_images_at_rest_are_a_reference(correlate, tmp_path):
+@pytest.fixture
+def stills(tmp_path):
+    """Folder of noisy images at rest; the frame after them is `after.png`."""
     rng = np.random.default_rng(12)
     (tmp_path / "stills").mkdir()
     images = {f"stills/{k}.png": (0.0, 0.0) for k in range(6)} | {"after.png": SHIFT}
     for name, shift in images.items():
         noisy = np.clip(speckle(shift) + rng.normal(0, 3.0, SHAPE), 0, 255)
         Image.fromarray(np.rint(noisy).astype(np.uint8)).save(tmp_path / name)
+    return tmp_path / "stills"
+
+
+BY_MEAN = np.sqrt(7 / 12)
+"""Noise of a frame and of the mean of six stills, over that of a frame and one still."""
+
+
+def test_several_images_at_rest_are_a_reference(stills, correlate, tmp_path):
     found = {}
     for name in ("stills/*.png", "stills", "stills/0.png"):
         done = correlate(name, "after.png", "--out", f"out{len(found)}", "--json")
         found[name] = json.loads(done.stdout)["u"]["sigma"]
     assert found["stills"] == found["stills/*.png"]
-    assert found["stills"] / found["stills/0.png"] == pytest.approx(np.sqrt(7 / 12), rel=0.15)
+    assert found["stills"] / found["stills/0.png"] == pytest.approx(BY_MEAN, rel=0.15)
+    for folder, count in (("out1", 6), ("out2", 1)):
+        with h5py.File(tmp_path / folder / "fields.h5") as stored:
+            assert stored.attrs["stills"] == count
+            assert (stored.attrs["scatter"] >= 1).all()
+
+
+def test_settings_are_chosen_by_the_mean_of_the_images_at_rest(stills, correlate):
+    noise = {}
+    for name in ("stills", "stills/0.png"):
+        said = correlate(name, "after.png", "--auto", "--out", "out", "--force").stderr
+        noise[name] = float(re.search(r"noise of (\S+) grey", " ".join(said.split()))[1])
+    assert noise["stills"] / noise["stills/0.png"] == pytest.approx(BY_MEAN, rel=0.1)
+
+
+def test_a_still_of_another_size_is_named(stills, correlate, tmp_path):
+    Image.new("L", (30, 20), 255).save(stills / "3.png")
+    done = correlate("stills", "after.png", "--auto")
+    assert_refused(done, tmp_path)
+    assert "'3.png' is 30x20 px" in done.stderr

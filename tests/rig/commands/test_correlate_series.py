@@ -12,8 +12,9 @@ from PIL import Image
 
 from models.field_net import field_net
 from rig import cli
-from rig.series.frames import open_frames
+from rig.series.frames import coloured_file, open_frames
 from rig.series.parts import path_of
+from rig.series.photograph import read_photograph
 
 SHAPE = (110, 140)
 STRETCH = 0.004  # a frame
@@ -213,6 +214,18 @@ def test_readings_of_an_earlier_test_go_when_it_is_replaced(series, correlate):
     assert sorted(p.name for p in (series / "o").iterdir()) == ["fields.h5", "fields.xdmf"]
 
 
+def test_an_earlier_test_stays_where_another_breaks_off(series, correlate, monkeypatch):
+    (series / "r.toml").write_text(REGIONS)
+    assert correlate("ref.png", "frames", "--regions", "r.toml", "--out", "o")[0] == 0
+
+    def full(*given):
+        raise OSError("the disk is full")
+
+    monkeypatch.setattr("rig.series.run.write_result", full)
+    assert correlate("ref.png", "frames", "--out", "o", "--force")[0] == 2
+    assert (series / "o" / "readings.csv").is_file()
+
+
 def test_frames_in_colour_are_taken_by_their_luminance(series, correlate, images):
     frames = open_frames(str(series / "frames"))
     for number, path in enumerate(frames.paths):
@@ -226,6 +239,25 @@ def test_frames_in_colour_are_taken_by_their_luminance(series, correlate, images
     assert "f2.png is stored in colour" in " ".join(text.split())
     with h5py.File(series / "o" / "fields.h5") as file:
         assert np.nanmedian(file["exx"][2]) == pytest.approx(3 * STRETCH, abs=5e-4)
+
+
+def test_of_pages_and_of_frames_among_grey_ones_colour_is_said(series, images, correlate):
+    pages = [Image.fromarray(np.dstack([image, image // 2, image])) for image in images]
+    pages[0].save(series / "pages.tif", save_all=True, append_images=pages[1:])
+    assert coloured_file(open_frames(str(series / "pages.tif"))) == "pages.tif"
+    assert coloured_file(open_frames(str(series / "*.*"))) == "pages.tif"  # joined
+    assert coloured_file(open_frames(str(series / "frames"))) is None
+    pages[0].save(series / "frames" / "f11.png")
+    _, _, text = correlate("ref.png", "frames", "--out", "o")
+    assert "f11.png is stored in colour" in " ".join(text.split())
+
+
+def test_a_photograph_in_colour_that_is_cut_short_is_a_sentence(series, images):
+    path = series / "cut.jpg"
+    Image.fromarray(np.dstack([images[0], images[0] // 2, images[0]])).save(path)
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(OSError, match=r"image 1 of .*cut.jpg cannot be read \("):
+        read_photograph(path)
 
 
 def test_a_guess_starts_every_frame_and_stands_in_the_file(series, correlate):

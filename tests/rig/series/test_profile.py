@@ -3,6 +3,7 @@
 import csv
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -147,6 +148,18 @@ def test_sigma_between_points_is_an_upper_bound_of_the_scatter():
     assert np.std(alike, axis=0).mean() == pytest.approx(1, abs=0.12)
 
 
+class HalfOfANet:
+    """A field that says of every other point that it is of a net."""
+
+    attrs = {}  # noqa: RUF012
+
+    def __init__(self, ref):
+        self._values = np.arange(len(ref.xy)).reshape(ref.grid.shape) % 2
+
+    def __getitem__(self, number):
+        return self._values
+
+
 def test_what_jumps_is_read_at_the_nearest_point(result, ref):
     with open_result(result) as opened:
         (status,) = profiles(opened, (12, 12, 100, 70), ("status",))
@@ -154,6 +167,9 @@ def test_what_jumps_is_read_at_the_nearest_point(result, ref):
         ((first, *_),) = [one.values[1] for one in profiles(opened, (x + 3, y, x + 90, y), ("u",))]
     assert set(status.values[2][np.isfinite(status.values[2])]) == {-1}
     assert first == pytest.approx(RATE * (x + 3), abs=1e-6)
+    nets = replace(opened, arrays={**opened.arrays, "by_net": HalfOfANet(ref)})
+    (by_net,) = profiles(nets, (12, 12, 100, 70), ("by_net",))
+    assert set(by_net.values[1]) == {0, 1}
     near = lay(ref.grid, np.array([[x + 3.0, y - 1.0], [0.0, 0.0]])).nearest()
     np.testing.assert_array_equal(near.read(ref.xy[:, 0]), [x, np.nan])
 

@@ -41,6 +41,16 @@ def test_a_field_is_that_of_the_file_and_an_image_that_of_the_folder(viewed, cli
         assert np.abs(seen - image).mean() < 3  # JPEG
 
 
+def test_what_follows_from_fields_takes_them_as_they_are_kept(viewed):
+    with viewed.result() as result:
+        strain = result.field("exx", 1)
+        result.field("exx", 1)[...] = 0.1
+        result.field("eyy", 1)[...] = result.field("exy", 1)[...] = 0.0
+        found = result.field("principal_1", 1)
+    assert np.isfinite(strain).any()
+    np.testing.assert_allclose(found, 0.1, rtol=1e-6)
+
+
 def test_an_extensometer_reads_the_stretch_in_every_frame_and_in_one(viewed, client):
     ask = client(viewed)
     read = ask.post("/lengths", content=json.dumps({"extensometer": [ACROSS]})).json()["E1"]
