@@ -52,7 +52,7 @@ def licence(name):
     return said.get("License-Expression") or "; ".join([said.get("License", "")[:200], *classes])
 
 
-@pytest.mark.parametrize("pin", LOCKED, ids=str)
+@pytest.mark.parametrize("pin", LOCKED + TORCH, ids=str)
 def test_a_pin_leaves_the_project_under_its_own_licence(pin):
     """The GPL would not; the Lesser GPL, by which pygame comes, does."""
     lesser = licence(pin.name).replace("LGPL", "").replace("Lesser General Public License", "")

@@ -9,7 +9,7 @@ import numpy as np
 from dic.adaptive.blocks import SCALES, BlockField, denoise
 from dic.adaptive.cracks import part, still_torn
 from dic.adaptive.motion import carried, start_motion
-from dic.adaptive.observation import Observation, TileTexture, box, observe, tile_texture
+from dic.adaptive.observation import TileTexture, box, observe, tile_texture
 from dic.adaptive.tile_lattice import TILE, TileLattice, lay_lattice
 from dic.adaptive.unexplained import unexplained_variance
 from dic.arrays import F64, AnyArray, Mask
@@ -79,7 +79,17 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
             break
     field = _still_moving(field, motion)
     left = unexplained_variance(seen.variance, seen.valid, ref.prefilter.sigma)
-    return _tiles(texture.lattice, seen, _unexplained(field, left, texture))
+    field = _unexplained(field, left, texture)
+    return AdaptiveTiles(
+        lattice=texture.lattice,
+        seen=seen.moved,
+        noise=seen.sigma,
+        valid=seen.valid,
+        bare=seen.bare,
+        values=field.values,
+        sigma=field.sigma,
+        zncc=seen.zncc,
+    )
 
 
 def _still_moving(field: BlockField, motion: F64) -> BlockField:
@@ -139,18 +149,13 @@ def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:
     seen, noise = (np.where(valid, array, 0.0) for array in (seen, noise))
     first = denoise(seen, noise, valid, None)
     field = denoise(seen, noise, valid, carried(first)[:, 0])
-    drawn = Observation(seen, noise, valid, np.zeros(shape, bool), np.ones(shape), np.ones(shape))
-    return _tiles(TileLattice((TILE // 2, TILE // 2), (shape[0], shape[1])), drawn, field)
-
-
-def _tiles(lattice: TileLattice, seen: Observation, field: BlockField) -> AdaptiveTiles:
     return AdaptiveTiles(
-        lattice,
-        seen.moved,
-        seen.sigma,
-        seen.valid,
-        seen.bare,
-        field.values,
-        field.sigma,
-        seen.zncc,
+        lattice=TileLattice((TILE // 2, TILE // 2), (shape[0], shape[1])),
+        seen=seen,
+        noise=noise,
+        valid=valid,
+        bare=np.zeros(shape, bool),
+        values=field.values,
+        sigma=field.sigma,
+        zncc=np.ones(shape),
     )

@@ -86,10 +86,10 @@ class ControlSetting:
     def sentence(self) -> str:
         """What happened, for the user."""
         if self.got is None:
-            return f"the camera has no {self.knob} that can be held"
+            return f"the {self.knob} of the camera cannot be held"
         unit = UNITS[self.knob]
         if not self.manual:
-            return f"the camera goes on setting its {self.knob} itself, now {self.got:g}{unit}"
+            return f"the camera still sets its {self.knob} itself, now {self.got:g}{unit}"
         if not self.held:
             return f"{self.knob} {self.asked:g}{unit} was refused, it is {self.got:g}{unit}"
         return f"{self.knob} is held at {self.got:g}{unit}"

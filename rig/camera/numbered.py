@@ -93,5 +93,5 @@ def _set(capture: cv2.VideoCapture, name: str, size: tuple[int, int]) -> None:
 
 def _grey(image: Grey) -> Grey:
     if image.ndim == 2:
-        return image.copy()
+        return image
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)

@@ -17,6 +17,7 @@ RESULT, P_VALUE, CHI2, DOF, SENTENCE = (
 RESULTS = tuple(Result)
 """Outcomes in the order of their numbers in a recording."""
 
+_LARGEST = 1e15  # χ² of ten million pixels, each off by ten thousand of its σ
 _LENGTH = 400  # bytes of a sentence; what is longer is cut off
 
 SHAPES: Mapping[str, tuple[tuple[int, ...], str]] = {
@@ -49,7 +50,7 @@ def wrong_fit(row: Mapping[str, AnyArray]) -> str:
         return f"{RESULT} is {int(row[RESULT])}"
     if row[P_VALUE] < 0.0 or row[P_VALUE] > 1.0:
         return f"{P_VALUE} is {float(row[P_VALUE]):g}"
-    if row[CHI2] < 0.0 or row[DOF] < 1:
+    if not (1 <= row[DOF] <= _LARGEST) or row[CHI2] < 0.0 or row[CHI2] > _LARGEST:
         return f"{CHI2} is {float(row[CHI2]):g} of {int(row[DOF])}"
     return ""
 

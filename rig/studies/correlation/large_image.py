@@ -18,7 +18,7 @@ SHIFT = (0.4, 0.2)  # px
 NOISE, CONTRAST = 2.0, 56.0  # grey levels
 SPECKLE = 1.8  # px, of the Gaussian that makes them
 
-PROGRAM = """
+PROGRAM = f"""
 import json, resource, time
 import numpy as np
 import dic
@@ -28,7 +28,7 @@ before = time.process_time()
 found = dic.correlate(dic.prepare(first), second)
 spent = time.process_time() - before
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
-off = np.sqrt(np.nanmean(np.square([found.u - 0.4, found.v - 0.2])))
+off = np.sqrt(np.nanmean(np.square([found.u - {SHIFT[0]}, found.v - {SHIFT[1]}])))
 print(json.dumps([spent, peak, float(found.valid.mean()), float(off), len(found.xy)]))
 """
 """Prepare and correlate as it comes, once the kernels are compiled, in a process of its own."""

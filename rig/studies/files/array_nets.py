@@ -10,7 +10,7 @@ from rig.studies.files.kind import NO_NUMBERS, Kind, Wrong
 from rig.studies.files.mutation import Rng, mutate_bytes
 from rig.system.arrays import F32
 
-NET = NetKind("touchplate study net", 1, "touchplate train")
+NET = NetKind("touchplate study net", 1, "train one by 'touchplate train'")
 SHAPES = {"first.weight": (8, 5, 3, 3), "first.bias": (8,), "out.weight": (2, 8), "low": (5, 1, 1)}
 OPTIONS = {"about": {"seed": 3, "steps": 400}}
 

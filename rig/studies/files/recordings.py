@@ -34,6 +34,10 @@ FORGED = (
     "frames/captured",
     "frames/truth",
     "touches/place",
+    "touches/result",
+    "touches/p_value",
+    "touches/chi2",
+    "touches/dof",
     "start/motion",
     "start/trace_scatter",
     "reference",
@@ -102,9 +106,20 @@ def _forge(file: Any, rng: Rng) -> None:
         return
     number = int(rng.integers(FRAMES))
     row = recorded_frame(number)
-    row[name].flat[0] = value
+    row[name] = _with(row[name], value)
     file[name][number] = row[name]
     file[layout.CHECK][number] = layout.frame_check(row)
+
+
+def _with(array: AnyArray, value: float) -> AnyArray:
+    """Array whose first number is another one: of whole numbers the smallest or the largest."""
+    forged = array.copy()
+    if np.issubdtype(array.dtype, np.integer):
+        limits = np.iinfo(array.dtype)
+        forged.flat[0] = limits.max if value > 0 else limits.min
+    else:
+        forged.flat[0] = value
+    return forged
 
 
 def read_recording(path: Path) -> Wrong:

@@ -111,7 +111,7 @@ def test_a_tracked_frame_takes_memory_for_numbers_of_points_and_no_images():
     assert peak < 72 * 500  # measured 300 a point, 140 of them the result
 
 
-def test_noise_that_is_not_white_is_seen_where_most_points_are_lost(pattern):
+def test_noise_that_is_not_white_is_seen_where_few_points_are_left(pattern):
     """The points looked at beforehand lie in what is hidden: others are asked."""
     rng = np.random.default_rng(15)
     shape = (150, 190)

@@ -59,14 +59,14 @@ def test_without_a_value_the_one_that_the_automatic_found_is_held():
 def test_an_automatic_that_stays_on_is_said():
     exposure = hold(Webcam(stuck=[Knob.EXPOSURE]), Controls(exposure=0.01))[0]
     assert not exposure.held
-    assert exposure.sentence == "the camera goes on setting its exposure itself, now 0.025 s"
+    assert exposure.sentence == "the camera still sets its exposure itself, now 0.025 s"
 
 
 def test_a_control_that_is_not_there_is_said_where_it_was_asked_for_and_only_there():
     camera = Webcam(absent=[Knob.FOCUS, Knob.WHITE_BALANCE])
     settings = hold(camera, Controls(focus=10))
     assert [setting.knob for setting in settings] == [Knob.EXPOSURE, Knob.GAIN, Knob.FOCUS]
-    assert settings[2].sentence == "the camera has no focus that can be held"
+    assert settings[2].sentence == "the focus of the camera cannot be held"
     assert not settings[2].held
 
 

@@ -1,4 +1,4 @@
-"""`touchplate run` on images that come through the real OpenCV, out to a real websocket."""
+"""`touchplate run` on images that come through a real library, out to a real websocket."""
 
 import json
 import signal
@@ -12,6 +12,7 @@ from websockets.sync.client import connect
 import fe
 from rig.recording.session import open_session
 from rig.sources.twin import build_twin
+from tests.rig.camera.test_real_clients import KINDS
 from tests.rig.conftest import SMALL
 from tests.rig.emulation.clients import emulate
 
@@ -55,11 +56,12 @@ def ending(client):
 
 
 @pytest.mark.slow
+@KINDS
 @pytest.mark.timeout(600)  # the client may have to compile every kernel first
-def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images):
+def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images, kind):
     size, file = SMALL["camera.pixels"], images / "session.h5"
     settings = SMALL | {
-        "source": '{kind = "opencv", exposure = "10 ms"}',
+        "source": f'{{kind = "{kind}", exposure = "10 ms"}}',
         "camera.rate": 15,
         "outputs.websocket.port": 0,
     }
@@ -89,4 +91,4 @@ def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images):
     assert force.mean() == pytest.approx(TOUCH.force, rel=0.05)
     with open_session(file) as session:
         assert session.frames == summary["recorded"]["frames"] >= 15
-        assert session.scene.source.kind == "opencv"
+        assert session.scene.source.kind == kind

@@ -124,7 +124,7 @@ def test_a_genicam_camera_gives_frames_and_says_what_it_does_not_have(producer):
     with LiveCamera(opening) as camera:
         frames = [camera.grab(5.0) for _ in range(5)]
         assert [setting.sentence for setting in camera.settings] == [
-            "the camera has no exposure that can be held"
+            "the exposure of the camera cannot be held"
         ]
     assert frames[0].image.shape == SIZE[::-1]
     assert [frame.sequence for frame in frames] == sorted({frame.sequence for frame in frames})

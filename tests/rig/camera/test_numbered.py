@@ -87,7 +87,7 @@ def test_controls_are_said_not_to_be_held(capture):
     opened = open_numbered("0", SIZE, 25, Controls(exposure=0.01))
     assert not any(setting.held for setting in opened.settings)
     assert [setting.sentence for setting in opened.settings] == [
-        f"the camera has no {knob} that can be held"
+        f"the {knob} of the camera cannot be held"
         for knob in ("exposure", "gain", "focus", "white balance")
     ]
 
