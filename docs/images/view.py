@@ -45,6 +45,8 @@ def main() -> None:
             above = sheet.circle(RADIUS + 3, 4)[1]
             hands.key("p")
             hands.click((float(above[0]), float(above[1])))
+            hands.key("g")
+            hands.drag((170, 60), (270, 120))
             hands.key("l")
             hands.drag((400, 40), (400, 220))
             expect(page.locator("#lines-card")).to_be_visible()

@@ -112,18 +112,16 @@ def _write_readings(
 ) -> None:
     import numpy as np
 
-    from dic import export
     from rig.series.curves import draw_readings
     from rig.series.gauges import off_the_points
-    from rig.series.readings import curves_of, readings_of, time_axis, write_readings
+    from rig.series.readings import readings_of, strain_curves, time_axis, write_readings
 
     for sentence in off_the_points(regions, result.grid):
         warn(sentence)
     with progress(READINGS) as report:
         table = readings_of(result, regions, report)
     write_readings(folder / f"{READINGS}.csv", result, table, interval)
-    known = curves_of(table).items()
-    curves = {name: curve for name, curve in known if not name.endswith(export.INVARIANTS)}
+    curves = strain_curves(table)
     for name, (values, _) in curves.items():
         if not np.isfinite(values).any():
             warn(f"{name} reads nothing in any frame; check whether it lies on measured points")

@@ -26,7 +26,8 @@ def view(
         typer.Option(metavar="IMAGES", help="Images of the test of a result, to show under it."),
     ] = None,
     regions: Annotated[
-        Path | None, typer.Option(metavar="TOML", help="ROI and extensometers to begin with.")
+        Path | None,
+        typer.Option(metavar="TOML", help="ROI, extensometers and gauges to begin with."),
     ] = None,
     interval: Annotated[
         float | None, typer.Option(help="Time from frame to frame, s, else they are counted.")
@@ -37,7 +38,7 @@ def view(
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0 takes a free one.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Show images, fields, σ, points, lines and extensometers of a whole test on a page."""
+    """Show images, fields, σ, points, lines, extensometers and gauges of a test on a page."""
     from rig.series.regions import read_regions
     from rig.system.process import interruptible
     from rig.view import serve

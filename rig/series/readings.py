@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import dic
+from dic import export
 from rig.series.gauges import SIGMA_UV, UV, elongation, gauge_strain
 from rig.series.invariants import STRAINS
 from rig.series.measure import BLOCK
@@ -115,6 +116,12 @@ def curves_of(table: Mapping[str, F64]) -> dict[str, tuple[F64, F64]]:
         for name, values in table.items()
         if f"sigma_{name}" in table
     }
+
+
+def strain_curves(table: Mapping[str, F64]) -> dict[str, tuple[F64, F64]]:
+    """As `curves_of`, but for invariants: what is drawn together has one unit."""
+    curves = curves_of(table).items()
+    return {name: curve for name, curve in curves if not name.endswith(export.INVARIANTS)}
 
 
 def time_axis(result: SeriesResult, interval: float | None) -> tuple[F64, str]:

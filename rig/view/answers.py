@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from rig.view import correlation, download, reading
-from rig.view.asked import AskedLengths, AskedReading, AskedSettings
+from rig.view.asked import AskedGauges, AskedLine, AskedSettings
 from rig.view.description import describe, drawn_as, limits_as_json
 from rig.view.download import File
 from rig.view.images import packed
@@ -84,15 +84,15 @@ def _recommend(test: ViewedTest, request: Request, body: bytes) -> Response:
 
 
 def _line(test: ViewedTest, request: Request, body: bytes) -> Response:
-    asked = AskedReading.model_validate_json(body)
+    asked = AskedLine.model_validate_json(body)
     with test.result() as result:
         return JSONResponse(reading.line_as_json(result, reading.read_line(result, asked)))
 
 
-def _lengths(test: ViewedTest, request: Request, body: bytes) -> Response:
-    asked = AskedLengths.model_validate_json(body)
+def _readings(test: ViewedTest, request: Request, body: bytes) -> Response:
+    asked = AskedGauges.model_validate_json(body)
     with test.result() as result:
-        return JSONResponse(reading.lengths_as_json(reading.read_lengths(result, asked)))
+        return JSONResponse(reading.gauges_as_json(reading.read_gauges(result, asked)))
 
 
 def _regions(test: ViewedTest, request: Request, body: bytes) -> Response:
@@ -132,16 +132,16 @@ def _field_file(test: ViewedTest, request: Request, body: bytes) -> Response:
 
 
 def _line_file(test: ViewedTest, request: Request, body: bytes) -> Response:
-    asked = AskedReading.model_validate_json(request.query_params.get("asked", ""))
+    asked = AskedLine.model_validate_json(request.query_params.get("asked", ""))
     with test.result() as result:
         return _sent(download.line_files(result, asked, _kind(request)))
 
 
-def _length_file(test: ViewedTest, request: Request, body: bytes) -> Response:
-    asked = AskedLengths.model_validate_json(request.query_params.get("asked", ""))
+def _readings_file(test: ViewedTest, request: Request, body: bytes) -> Response:
+    asked = AskedGauges.model_validate_json(request.query_params.get("asked", ""))
     with test.result() as result:
         kind = _kind(request)
-        return _sent(download.length_files(result, asked, kind, test.interval))
+        return _sent(download.gauge_files(result, asked, kind, test.interval))
 
 
 def _test_file(test: ViewedTest, request: Request, body: bytes) -> Response:
@@ -160,13 +160,13 @@ GETS: dict[str, Answer] = {
     "/files/frame.csv": _frame_file,
     "/files/field.png": _field_file,
     "/files/line.{kind}": _line_file,
-    "/files/readings.{kind}": _length_file,
+    "/files/readings.{kind}": _readings_file,
     "/files/test.zip": _test_file,
 }
 POSTS: dict[str, Answer] = {
     "/preview": _preview,
     "/line": _line,
-    "/lengths": _lengths,
+    "/readings": _readings,
     "/regions": _regions,
     "/correlate": _correlate,
     "/stop": _stop,

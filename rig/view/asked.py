@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from rig.series.regions import Extensometer, Polygon, Regions, first_fault
+from rig.series.regions import Extensometer, Gauge, Polygon, Regions, first_fault
 
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 Ends = tuple[_Number, _Number, _Number, _Number]
@@ -29,14 +29,15 @@ class AskedSettings(_Asked):
     scale: Annotated[str, Field(description="Two points, px, and their distance; or empty.")] = ""
     roi: list[Polygon] = []
     extensometer: list[Extensometer] = []
+    gauge: list[Gauge] = []
 
     @property
     def regions(self) -> Regions:
         """Regions that the test reads and is limited to."""
-        return Regions(roi=self.roi, extensometer=self.extensometer)
+        return Regions(roi=self.roi, extensometer=self.extensometer, gauge=self.gauge)
 
 
-class AskedReading(_Asked):
+class AskedLine(_Asked):
     """A field to be read at a point (its ends are one), or along a line."""
 
     field: str
@@ -44,11 +45,23 @@ class AskedReading(_Asked):
     frame: Annotated[int | None, Field(description="None for all of them.")] = None
 
 
-class AskedLengths(_Asked):
-    """Extensometers to be read in all frames, or in one."""
+class AskedGauges(_Asked):
+    """Extensometers and gauges to be read in all frames, or in one."""
 
-    extensometer: Annotated[list[Extensometer], Field(min_length=1)]
+    extensometer: list[Extensometer] = []
+    gauge: list[Gauge] = []
     frame: int | None = None
+
+    @property
+    def regions(self) -> Regions:
+        """Regions to be read."""
+        return Regions(extensometer=self.extensometer, gauge=self.gauge)
+
+    @model_validator(mode="after")
+    def _has_one(self) -> Self:
+        if not (self.extensometer or self.gauge):
+            raise ValueError("there is nothing to read, neither an extensometer nor a gauge")
+        return self
 
 
 def first_sentence(error: ValidationError) -> str:

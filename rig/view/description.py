@@ -6,6 +6,7 @@ from typing import Any
 
 import dic
 from dic import export
+from rig.series.invariants import STRAINS
 from rig.series.parts import NO_FRAME
 from rig.series.plots import limits_of
 from rig.series.read import SeriesResult
@@ -53,6 +54,7 @@ def _describe_result(result: SeriesResult, interval: float | None) -> dict[str, 
             name: _plain(result.settings[name]) for name in _SHOWN if name in result.settings
         },
         "fields": [_field(name, result.fields) for name in ordered],
+        "strains": [*STRAINS, *export.INVARIANTS],
         "axis": axis_as_json(result, interval),
         "NO_FRAME": NO_FRAME,
     }

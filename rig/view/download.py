@@ -14,10 +14,10 @@ from rig.series.export import WAYS, write_frame
 from rig.series.plots import limits_of, paint_frame
 from rig.series.profile import write_profiles
 from rig.series.read import SeriesResult
-from rig.series.readings import curves_of, time_axis, write_readings
+from rig.series.readings import strain_curves, time_axis, write_readings
 from rig.system.arrays import AnyArray
-from rig.view.asked import AskedLengths, AskedReading
-from rig.view.reading import frame_of, read_lengths, read_line
+from rig.view.asked import AskedGauges, AskedLine
+from rig.view.reading import frame_of, read_gauges, read_line
 
 
 class File(NamedTuple):
@@ -46,7 +46,7 @@ def field_plot(
     return File(f"{field}-{number:06d}.png", "image/png", _png(plot))
 
 
-def line_files(result: SeriesResult, asked: AskedReading, kind: str) -> File:
+def line_files(result: SeriesResult, asked: AskedLine, kind: str) -> File:
     """Write a line of all frames, or a point over time, as CSV or as a plot."""
     line = read_line(result, asked)
     length = "px" if result.places is None else "mm"
@@ -66,17 +66,17 @@ def line_files(result: SeriesResult, asked: AskedReading, kind: str) -> File:
         return _file(path)
 
 
-def length_files(
-    result: SeriesResult, asked: AskedLengths, kind: str, interval: float | None
+def gauge_files(
+    result: SeriesResult, asked: AskedGauges, kind: str, interval: float | None
 ) -> File:
-    """Write what extensometers read in all frames as CSV or as a plot."""
-    table = read_lengths(result, asked)
+    """Write what extensometers and gauges read in all frames as CSV or as a plot."""
+    table = read_gauges(result, asked)
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"readings.{kind}"
         if kind == "csv":
             write_readings(path, result, table, interval)
         else:
-            draw_readings(path, *time_axis(result, interval), curves_of(table))
+            draw_readings(path, *time_axis(result, interval), strain_curves(table))
         return _file(path)
 
 

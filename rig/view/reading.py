@@ -10,12 +10,11 @@ import numpy as np
 from rig.series.profile import Profile, profiles
 from rig.series.read import SeriesResult
 from rig.series.readings import curves_of, readings_of, time_axis
-from rig.series.regions import Regions
 from rig.system.arrays import F64
-from rig.view.asked import AskedLengths, AskedReading
+from rig.view.asked import AskedGauges, AskedLine
 
 
-def read_line(result: SeriesResult, asked: AskedReading) -> Profile:
+def read_line(result: SeriesResult, asked: AskedLine) -> Profile:
     """Read a field at a point or along a line, in one frame or in all.
 
     Raises
@@ -29,8 +28,8 @@ def read_line(result: SeriesResult, asked: AskedReading) -> Profile:
     return profiles(result, asked.ends, [asked.field], numbers=numbers)[0]
 
 
-def read_lengths(result: SeriesResult, asked: AskedLengths) -> dict[str, F64]:
-    """Read extensometers and their σ, (F,) by name; in one frame if one is asked for.
+def read_gauges(result: SeriesResult, asked: AskedGauges) -> dict[str, F64]:
+    """Read extensometers and gauges with σ, (F,) by name; in one frame if one is asked for.
 
     Raises
     ------
@@ -38,7 +37,7 @@ def read_lengths(result: SeriesResult, asked: AskedLengths) -> dict[str, F64]:
         As `read_line`.
     """
     numbers = None if asked.frame is None else [frame_of(result, asked.frame)]
-    return readings_of(result, Regions(extensometer=asked.extensometer), numbers=numbers)
+    return readings_of(result, asked.regions, numbers=numbers)
 
 
 def line_as_json(result: SeriesResult, line: Profile) -> dict[str, Any]:
@@ -53,8 +52,8 @@ def line_as_json(result: SeriesResult, line: Profile) -> dict[str, Any]:
     }
 
 
-def lengths_as_json(table: dict[str, F64]) -> dict[str, Any]:
-    """Return what extensometers read as the page draws it."""
+def gauges_as_json(table: dict[str, F64]) -> dict[str, Any]:
+    """Return what extensometers and gauges read as the page draws it."""
     return {
         name: {"values": listed(values), "sigma": listed(sigma)}
         for name, (values, sigma) in curves_of(table).items()

@@ -3,7 +3,7 @@
 import { Colours } from "./colours.js";
 import { Drawing } from "./drawing.js";
 import { exportFile } from "./files.js";
-import { addMark, drawMarks, onPick, readMarks, redrawCharts, removeMark, showMarks } from "./marks.js";
+import { addMark, drawMarks, onPick, readMarks, rectangle, redrawCharts, removeMark, showMarks } from "./marks.js";
 import { coloured, showKey, showProbe, showStates } from "./legend.js";
 import { make } from "./parts.js";
 import { closeRegion, watchPointer } from "./pointer.js";
@@ -13,7 +13,7 @@ import { drawnNow, fieldNow, find, forget, frames, read, result, state } from ".
 
 const PACE = 140;  // ms a frame while it plays
 const OF_ROI = "#ffd43b";
-const TOOLS = { v: "look", p: "point", l: "line", e: "extensometer", r: "roi" };
+const TOOLS = { v: "look", p: "point", l: "line", e: "extensometer", g: "gauge", r: "roi" };
 
 const drawing = new Drawing(find("view-canvas"), find("frame"));
 let playing = false, turn = 0, waiting = false;
@@ -227,8 +227,9 @@ const nextField = (by) => {
 function place() {
   if (state.tool === "look" || !state.shown) return;
   const [wide, high] = state.shown.image.size.map((length) => length / 2);
-  const reach = state.tool === "point" ? 0 : wide / 2;
-  const mark = addMark(state.tool, [[wide - reach, high], [wide + reach, high]]);
+  const reach = state.tool === "point" ? 0 : wide / 2, down = state.tool === "gauge" ? high / 2 : 0;
+  const ends = [[wide - reach, high - down], [wide + reach, high + down]];
+  const mark = addMark(state.tool, state.tool === "gauge" ? rectangle(...ends) : ends);
   readMarks((one) => one === mark).then(redraw);
 }
 
@@ -310,6 +311,7 @@ async function open() {
     await load();
     state.roi = state.info.regions.roi;
     for (const { name, start, end } of state.info.regions.extensometer) addMark("extensometer", [start, end], name);
+    for (const { name, points } of state.info.regions.gauge) addMark("gauge", points, name);
     state.chosen = null;
     openSetup({
       complain, redraw, reload,

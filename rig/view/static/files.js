@@ -2,7 +2,7 @@
 
 import { Colours } from "./colours.js";
 import { short } from "./curves.js";
-import { askedFor, extensometers } from "./marks.js";
+import { askedFor, readings } from "./marks.js";
 import { keep, save } from "./server.js";
 import { drawnNow, find, frames, state } from "./state.js";
 
@@ -19,7 +19,7 @@ function wanted(file) {
   switch (name) {
     case "field": return ["files/field.png", { name: drawnNow().name, frame, ...(low < high ? { low, high } : {}) }];
     case "frame": return ["files/frame.csv", { frame }];
-    case "readings": return [`files/readings.${kind}`, asked({ extensometer: extensometers() })];
+    case "readings": return [`files/readings.${kind}`, asked(readings())];
     case "point": return [`files/line.${kind}`, asked(askedFor(marked("point"), null))];
     case "line": return [`files/line.${kind}`, asked(askedFor(marked("line"), null))];
     default: return ["files/test.zip", { way: find("way").value, field: state.field }];

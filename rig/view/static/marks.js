@@ -1,4 +1,4 @@
-// Points, lines and extensometers: drawn on the image, read by the server, listed with their values.
+// Points, lines, extensometers and gauges: drawn on the image, read by the server, listed with their values.
 
 import { Curves, short, withSigma } from "./curves.js";
 import { MARKS } from "./colours.js";
@@ -15,6 +15,7 @@ const charts = {
   extensometer: new Curves(find("lengths-chart"), (time) => after(frameAt(time))),
   point: new Curves(find("points-chart"), (time) => after(frameAt(time))),
   line: new Curves(find("lines-chart")),
+  gauge: new Curves(find("gauges-chart"), (time) => after(frameAt(time))),
 };
 
 export function onPick(act) { after = act; }
@@ -29,7 +30,7 @@ const number = (value) => (value === null ? NaN : value);
 export function addMark(kind, ends, name = null) {
   const used = new Set(state.marks.map((mark) => mark.colour));
   const colour = MARKS.find((one) => !used.has(one)) ?? MARKS[turn++ % MARKS.length];
-  const letter = { point: "P", line: "L", extensometer: "E" }[kind];
+  const letter = { point: "P", line: "L", extensometer: "E", gauge: "G" }[kind];
   let count = 1;
   while (state.marks.some((mark) => mark.name === `${letter}${count}`)) count++;
   const mark = { kind, ends, colour, name: name ?? `${letter}${count}`, curve: null, now: null };
@@ -44,17 +45,30 @@ export function removeMark(mark) {
   showMarks();
 }
 
-const isLength = (mark) => mark.kind === "extensometer";
-export const extensometers = (marks = state.marks) => marks.filter(isLength).map(({ name, ends: [start, end] }) => ({ name, start, end }));
+// Corners of a rectangle between two of them.
+export const rectangle = ([left, top], [right, bottom]) => [[left, top], [right, top], [right, bottom], [left, bottom]];
+
+const isGauge = (mark) => mark.kind === "gauge", isLength = (mark) => mark.kind === "extensometer";
+export const isReading = (mark) => isGauge(mark) || isLength(mark);
+export const readings = (marks = state.marks) => ({
+  extensometer: marks.filter(isLength).map(({ name, ends: [start, end] }) => ({ name, start, end })),
+  gauge: marks.filter(isGauge).map(({ name, ends }) => ({ name, points: ends })),
+});
 export const askedFor = (mark, frame) => ({ field: state.field, ends: mark.ends.flat(), frame });
 
-const scale = (mark) => (isLength(mark) ? MICRO : fieldNow().factor);
-const unit = (mark) => (isLength(mark) ? "µε" : fieldNow().unit);
+// What gauges read: the strain that is shown, or the first one where none is.
+const strainNow = () => result().fields.find(({ name }) => name === (result().strains.includes(state.field) ? state.field : result().strains[0]));
+const fieldOf = (mark) => (isLength(mark) ? { factor: MICRO, unit: "µε" } : isGauge(mark) ? strainNow() : fieldNow());
+
+async function read(mark, frame) {
+  const name = isGauge(mark) ? `${mark.name}_${strainNow().name}` : mark.name;
+  return (await post("readings", { ...readings([mark]), frame }))[name];
+}
 
 // Read one frame of a mark: while it is dragged no more than this is asked for, one at a time.
 async function readNow(mark) {
-  if (isLength(mark)) {
-    const { values, sigma } = (await post("lengths", { extensometer: extensometers([mark]), frame: state.frame }))[mark.name];
+  if (isReading(mark)) {
+    const { values, sigma } = await read(mark, state.frame);
     return [number(values[0]), number(sigma[0])];
   }
   const { values, sigma } = await post("line", askedFor(mark, state.frame));
@@ -62,9 +76,9 @@ async function readNow(mark) {
 }
 
 async function readCurve(mark) {
-  const factor = scale(mark), times = (list) => list.map((value) => number(value) * factor);
-  if (isLength(mark)) {
-    const { values, sigma } = (await post("lengths", { extensometer: extensometers([mark]) }))[mark.name];
+  const { factor } = fieldOf(mark), times = (list) => list.map((value) => number(value) * factor);
+  if (isReading(mark)) {
+    const { values, sigma } = await read(mark, null);
     return { x: result().axis.values, y: times(values), s: times(sigma) };
   }
   if (mark.kind === "line") {
@@ -80,8 +94,8 @@ export async function followMark(mark) {
   if (!result() || busy || mark.kind === "line") return;
   busy = true;
   try {
-    const [value, sigma] = await readNow(mark);
-    mark.now = [value * scale(mark), sigma * scale(mark)];
+    const { factor } = fieldOf(mark), [value, sigma] = await readNow(mark);
+    mark.now = [value * factor, sigma * factor];
     mark.lost = "";
     showMarks();
   } catch (error) {
@@ -115,7 +129,7 @@ function valueNow(mark) {
 
 export function wordsOf(mark) {
   const found = result() && valueNow(mark);
-  return found ? `${withSigma(...found)} ${unit(mark)}` : "";
+  return found ? `${withSigma(...found)} ${fieldOf(mark).unit}` : "";
 }
 
 export function showMarks() {
@@ -132,8 +146,8 @@ export function showMarks() {
     output.title = mark.lost ?? "";
   }
   showCharts();
-  for (const [kind, file] of [["extensometer", "readings"], ["point", "point"], ["line", "line"]]) {
-    const none = !result() || !state.marks.some((mark) => mark.kind === kind);
+  for (const [file, kinds] of [["readings", ["extensometer", "gauge"]], ["point", ["point"]], ["line", ["line"]]]) {
+    const none = !result() || !state.marks.some((mark) => kinds.includes(mark.kind));
     for (const end of ["csv", "png"]) document.querySelector(`[data-file="${file}.${end}"]`).disabled = none;
   }
 }
@@ -143,13 +157,22 @@ function ends(mark) {
   return mark.kind === "point" ? text[0] : text.join(" → ");
 }
 
+// Places (x, y) of numbers that were typed for a mark; null where they are not as many as it has.
+function typed(mark, text) {
+  const found = text.split(/[^\d.+-]+/).filter(Boolean).map(Number), places = [];
+  while (found.length > 1) places.push(found.splice(0, 2));
+  const fits = isGauge(mark) ? places.length > 2 : places.length === (mark.kind === "point" ? 1 : 2);
+  if (!fits || found.length || !places.flat().every(Number.isFinite)) return null;
+  return mark.kind === "point" ? [places[0], places[0].slice()] : places;
+}
+
 function row(mark) {
   const input = make("input", { type: "text", value: ends(mark), spellcheck: false });
   input.setAttribute("aria-label", `Ends of ${mark.name}, px`);
   input.addEventListener("change", () => {
-    const found = input.value.split(/[^\d.+-]+/).filter(Boolean).map(Number);
-    if (found.length === (mark.kind === "point" ? 2 : 4) && found.every(Number.isFinite)) {
-      mark.ends = mark.kind === "point" ? [found, found.slice()] : [found.slice(0, 2), found.slice(2)];
+    const found = typed(mark, input.value);
+    if (found) {
+      mark.ends = found;
       mark.now = null;
       readMarks((one) => one === mark);
     }
@@ -168,14 +191,15 @@ function row(mark) {
 
 function showCharts() {
   const axis = result()?.axis, field = fieldNow();
-  for (const [kind, part] of [["extensometer", "lengths"], ["point", "points"], ["line", "lines"]]) {
+  for (const [kind, part] of [["extensometer", "lengths"], ["gauge", "gauges"], ["point", "points"], ["line", "lines"]]) {
     const series = state.marks.filter((mark) => mark.kind === kind && mark.curve).map(({ name, colour, curve }) => ({ name, colour, ...curve }));
     find(`${part}-card`).hidden = !series.length;
     if (!series.length) continue;
     const along = kind === "line" ? `distance, ${result().length}` : axis.name;
     if (kind === "point") find("points-title").textContent = `${field.title}, ${field.unit}, ± σ`;
+    if (kind === "gauge") find("gauges-title").textContent = `${strainNow().title}, mean, ${strainNow().unit}, ± σ`;
     if (kind === "line") find("lines-title").textContent = `${field.title}, ${field.unit}, ± σ, this frame`;
-    charts[kind].show({ series, axis: along, unit: kind === "extensometer" ? "µε" : field.unit, at: kind === "line" ? undefined : axis.values[state.frame] });
+    charts[kind].show({ series, axis: along, unit: fieldOf({ kind }).unit, at: kind === "line" ? undefined : axis.values[state.frame] });
   }
 }
 
@@ -187,11 +211,11 @@ export function drawMarks(drawing, motion) {
     const chosen = mark === state.chosen, at = mark.ends.map((place) => moved(state.grid, motion, place));
     if (mark.kind === "point") drawing.cross(at[0], mark.colour, chosen);
     else {
-      drawing.path(at, mark.colour, 2.5, false, mark.kind === "line" ? [] : [6, 4]);
+      drawing.path(at, mark.colour, 2.5, isGauge(mark), isLength(mark) ? [6, 4] : []);
       if (isLength(mark)) drawing.edges(at, mark.colour, chosen);
       else for (const place of at) drawing.handle(place, mark.colour, chosen);
     }
-    const words = [mark.name, wordsOf(mark)].filter(Boolean).join("  "), middle = at[0].map((x, i) => (x + at[1][i]) / 2);
-    drawing.write(words, mark.kind === "point" ? at[0] : middle, [mark.kind === "point" ? 12 : 0, -14], mark.kind === "point" ? "left" : "center");
+    const words = [mark.name, wordsOf(mark)].filter(Boolean).join("  "), middle = [0, 1].map((i) => at.reduce((sum, place) => sum + place[i] / at.length, 0));
+    drawing.write(words, mark.kind === "point" ? at[0] : middle, [mark.kind === "point" ? 12 : 0, isGauge(mark) ? 0 : -14], mark.kind === "point" ? "left" : "center");
   }
 }

@@ -1,7 +1,7 @@
 // What the pointer does on the image: it moves it, sets marks, draws the ROI, and takes hold of ends.
 
 import { moved, movedBack } from "./grid.js";
-import { addMark, followMark, readMarks, showMarks } from "./marks.js";
+import { addMark, followMark, readMarks, rectangle, showMarks } from "./marks.js";
 import { askPreview } from "./setup.js";
 import { find, result, state } from "./state.js";
 
@@ -42,9 +42,14 @@ export function watchPointer(drawing, redraw) {
     if (state.tool === "look") return { pan: true };
     if (!inside(place)) return null;
     if (state.tool === "roi") return corner(event, place);
-    const mark = addMark(state.tool, [place, [...place]]);
+    const mark = addMark(state.tool, endsOf(state.tool, place, place));
     mark.fresh = true;
-    return { mark, move: (to) => { if (mark.kind === "point") mark.ends = [to, to]; else mark.ends[1] = to; } };
+    return { mark, move: (to) => { mark.ends = endsOf(mark.kind, place, to); } };
+  }
+
+  function endsOf(kind, from, to) {
+    if (kind === "gauge") return rectangle(from, to);
+    return kind === "point" ? [to, [...to]] : [from, [...to]];
   }
 
   function corner(event, place) {
@@ -76,7 +81,7 @@ export function watchPointer(drawing, redraw) {
     const { mark, done } = held ?? {};
     held = null;
     if (mark) {
-      const [start, end] = mark.ends, length = Math.hypot(end[0] - start[0], end[1] - start[1]);
+      const start = mark.ends[0], end = mark.ends[mark.kind === "gauge" ? 2 : 1], length = Math.hypot(end[0] - start[0], end[1] - start[1]);
       if (mark.fresh && mark.kind !== "point" && length < SHORTEST) state.marks = state.marks.filter((one) => one !== mark);
       mark.fresh = false;
       mark.now = null;

@@ -1,6 +1,6 @@
 // The form of a correlation: a preview of what its settings give, the ROI as a file, and the start.
 
-import { extensometers } from "./marks.js";
+import { readings } from "./marks.js";
 import { PointGrid } from "./grid.js";
 import { make, settled } from "./parts.js";
 import { getJSON, keep, post, postFor } from "./server.js";
@@ -28,7 +28,7 @@ export const settings = () => ({
   subset: Number(find("subset").value), step: Number(find("step").value),
   order: Number(find("order").value), window: Number(find("window").value), kind: find("kind").value,
   scale: find("scale").value.trim(),
-  roi: state.roi, extensometer: extensometers(),
+  roi: state.roi, ...readings(),
 });
 
 export async function preview() {

@@ -79,6 +79,7 @@ def test_it_writes_fields_a_plot_and_figures(pair, correlate, tmp_path):
     assert names == ["fields.csv", "fields.h5", "fields.png", "fields.xdmf"]
     with h5py.File(out / "fields.h5") as stored:
         assert np.nanmean(stored["u"][0]) == pytest.approx(SHIFT[0], abs=0.003)
+        assert stored.attrs["vsg"] == said["vsg"]
 
 
 @pytest.mark.parametrize("sigma", [0.0, 1.5])

@@ -22,6 +22,7 @@ ASKED = {
     "step": 7,
     "roi": [{"points": CORNERS}],
     "extensometer": [{"name": "E1", "start": [40, 50], "end": [110, 52]}],
+    "gauge": [{"name": "G1", "points": [[40, 30], [110, 30], [110, 80], [40, 80]]}],
 }
 
 

@@ -24,6 +24,7 @@ def test_the_state_describes_frames_fields_and_points(viewed, client, result):
     assert known["size"] == [150, 110]
     assert {one["name"] for one in known["fields"]} >= {"u", "exx", "von_mises", "status"}
     assert state["controls"]
+    assert (known["settings"]["stills"], known["settings"]["scatter"]) == (1, [1.0, 1.0])
     with h5py.File(result) as file:
         assert (known["x"], known["y"]) == (file["x"][:].tolist(), file["y"][:].tolist())
 
@@ -53,14 +54,26 @@ def test_what_follows_from_fields_takes_them_as_they_are_kept(viewed):
 
 def test_an_extensometer_reads_the_stretch_in_every_frame_and_in_one(viewed, client):
     ask = client(viewed)
-    read = ask.post("/lengths", content=json.dumps({"extensometer": [ACROSS]})).json()["E1"]
+    read = ask.post("/readings", content=json.dumps({"extensometer": [ACROSS]})).json()["E1"]
     along = np.array(ENDS[2:]) - ENDS[:2]
     truth = [np.hypot(along[0] * (1 + STRETCH * n), along[1]) for n in (1, 2, 3)]
     truth = np.array(truth) / np.hypot(*along) - 1
     assert (np.abs(np.array(read["values"]) - truth) < 4 * np.array(read["sigma"])).all()
     assert max(read["sigma"]) < 4e-4
-    one = ask.post("/lengths", content=json.dumps({"extensometer": [ACROSS], "frame": 1})).json()
+    one = ask.post("/readings", content=json.dumps({"extensometer": [ACROSS], "frame": 1})).json()
     assert one["E1"]["values"] == read["values"][1:2]
+
+
+def test_a_gauge_reads_the_strain_of_its_points_in_every_frame_and_in_one(viewed, client):
+    ask = client(viewed)
+    over = {"name": "G1", "points": [[40, 30], [110, 30], [110, 80], [40, 80]]}
+    read = ask.post("/readings", content=json.dumps({"gauge": [over]})).json()
+    for field, rate in (("exx", STRETCH), ("eyy", 0.0), ("principal_1", STRETCH)):
+        found, sigma = (np.array(read[f"G1_{field}"][part]) for part in ("values", "sigma"))
+        assert (np.abs(found - rate * np.arange(1, 4)) < 5 * sigma).all()
+        assert (sigma < 5e-4).all()
+    one = ask.post("/readings", content=json.dumps({"gauge": [over], "frame": 1})).json()
+    assert one["G1_exx"]["values"] == read["G1_exx"]["values"][1:2]
 
 
 def test_a_point_is_read_over_time_and_a_line_in_one_frame(viewed, client):
@@ -114,7 +127,7 @@ def test_what_is_seen_comes_as_files(viewed, client, result):
         ("/files/field.png", {"name": "u", "frame": 0, "low": "x", "high": 1}, "must be a number"),
         ("/files/line.exe", {"asked": json.dumps({"field": "u", "ends": ENDS})}, "csv or png"),
         ("/files/line.csv", {"asked": "{"}, "correct it"),
-        ("/files/readings.csv", {"asked": '{"extensometer": []}'}, "at least 1"),
+        ("/files/readings.csv", {"asked": '{"extensometer": []}'}, "nothing to read, neither"),
         ("/files/test.zip", {"way": "exe"}, "not exported to 'exe'"),
     ],
 )  # fmt: skip
@@ -130,6 +143,8 @@ def test_what_cannot_be_given_is_one_sentence(viewed, client, path, params, word
     [
         ("/line", {"field": "u", "ends": [900, 1, 950, 1]}, "misses all points"),
         ("/line", {"field": "u", "ends": [0, 0, 1]}, "correct it"),
+        ("/readings", {}, "nothing to read, neither"),
+        ("/readings", {"extensometer": [ACROSS, ACROSS]}, "needs a name of its own"),
         ("/preview", {"reference": "f0.png", "subset": 30}, "must be odd"),
         ("/preview", {"reference": "f0.png", "roi": [{"points": [[900, 0], [950, 0], [920, 90]]}]},
          "no pixel on the image"),

@@ -238,6 +238,36 @@ def test_marks_are_dragged_typed_and_removed(page, looked_at):
     assert page.complaints == []
 
 
+def test_a_gauge_reads_the_mean_strain_of_its_rectangle(page, looked_at, result):
+    open_page(page, looked_at)
+    page.keyboard.press("g")
+    drag(page, (40, 30), (110, 80))
+    expect(page.locator("#gauges-card")).to_be_visible()
+    expect(page.locator("#gauges-title")).to_contain_text("exx")
+    value = page.locator("#marks output")
+    wait_for_strain(value, 3e6 * STRETCH)
+    rows = list(csv.DictReader(io.StringIO(downloaded(page, "readings.csv")[1].decode())))
+    for n, row in enumerate(rows, start=1):
+        assert abs(float(row["G1_exx"]) - STRETCH * n) < 5 * float(row["sigma_G1_exx"]) < 3e-3
+    with h5py.File(result) as file:
+        x, y = np.meshgrid(file["x"][:], file["y"][:])
+        inside = (x >= 40) & (x <= 110) & (y >= 30) & (y <= 80)
+        assert float(rows[2]["G1_exx"]) == pytest.approx(file["exx"][2][inside].mean(), abs=2e-6)
+    page.keyboard.press("f")
+    expect(page.locator("#gauges-title")).to_contain_text("eyy")
+    wait_for_strain(value, 0.0)
+    corners = page.locator("#marks input")
+    first = corners.input_value()
+    drag(page, (110, 80), (120, 90))
+    expect(corners).not_to_have_value(first)
+    page.keyboard.press("Enter")
+    expect(corners.nth(1)).to_have_value("37.5, 27.5 → 112.5, 27.5 → 112.5, 82.5 → 37.5, 82.5")
+    corners.nth(1).fill("50, 30, 90, 30, 70, 60")
+    corners.nth(1).press("Enter")
+    expect(corners.nth(1)).to_have_value("50, 30 → 90, 30 → 70, 60")
+    assert page.complaints == []
+
+
 def test_a_mark_is_set_by_keys_alone_and_frames_play(page, looked_at):
     open_page(page, looked_at)
     page.keyboard.press("e")
