@@ -63,6 +63,10 @@ def correlate(
         str | None,
         typer.Option(metavar="'X1,Y1,X2,Y2=L mm'", help="Two points, px, and their distance."),
     ] = None,
+    board: Annotated[
+        str | None,
+        typer.Option(metavar="IMAGE", help="Image of a ChArUco board where the specimen lies."),
+    ] = None,
     camera: Annotated[
         Path | None,
         typer.Option(metavar="JSON", help="Calibration whose lens, and pose, are taken out."),
@@ -124,7 +128,7 @@ def correlate(
     drawn = read_regions(regions) if regions else Regions()
     mask = _mask(before, roi, drawn)
     estimator = field if net is None else _net(net, field)
-    on_object = scale_of(scale, camera, before.shape)
+    on_object = scale_of(scale, board, camera, before.shape)
     if auto:
         first = _first(frames) if after is None else after
         subset, step = _chosen(before, first, frames.names[0] if frames else Path(deformed).name)

@@ -1,4 +1,4 @@
-"""From pixels to millimetres: by two points and their distance, or by a camera over a plate."""
+"""From pixels to millimetres: by two points, a board that lies there, or a camera over a plate."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ SCALED = ("u_mm", "v_mm", "sigma_u_mm", "sigma_v_mm")
 
 _NUMBER = r"\s*([-+]?\d*\.?\d+)\s*"
 _TWO_POINTS = re.compile(",".join([_NUMBER] * 4) + "=" + _NUMBER + r"mm\s*")
+_FLAT = 1.0  # px, root mean square: what distortion leaves of a board that fills the image
 _HALF = 0.5  # px, to either side for a slope
 
 
@@ -68,6 +69,67 @@ class PlatePlane:
     def places(self, px: F64) -> F64:
         """Places (N, 2) mm along the axes of the plate."""
         return self.camera.on_plate(px)
+
+
+@dataclass(frozen=True, eq=False)
+class BoardPlane:
+    """The plane that a board lies on: perspective is taken out, and the lens where it is known.
+
+    Attributes
+    ----------
+    to_mm : (3, 3) float64
+        Homography from pixels of a lens without distortion, positive where the plane is seen.
+    lens : synthetic.Camera or None
+        Its distortion is taken out; its pose is not used.
+    described : str
+    """
+
+    to_mm: F64
+    lens: synthetic.Camera | None
+    described: str
+
+    def places(self, px: F64) -> F64:
+        """Places (N, 2) mm along the sides of the board, x as its rows run and y downwards."""
+        mapped = _homogeneous(straightened(px, self.lens)) @ self.to_mm.T
+        beyond = mapped[:, 2] <= 0
+        if beyond.any():
+            x, y = px[beyond][0]
+            raise ValueError(
+                f"({x:g}, {y:g}) px lies beyond the horizon of the board's plane; leave it out by"
+                " the ROI"
+            )
+        return mapped[:, :2] / mapped[:, 2:]
+
+
+def board_plane(mm: F64, px: F64, lens: synthetic.Camera | None, name: str) -> BoardPlane:
+    """Find the plane of a board from its corners (N, 2) mm and px; `name` is that of the image.
+
+    Raises
+    ------
+    ValueError
+        The corners stand in a line, or not in a plane.
+    """
+    import cv2
+
+    if np.ptp(mm, axis=0).min() == 0:
+        raise ValueError(f"'{name}' shows one row of the board's corners; show more of the board")
+    seen = straightened(px, lens)
+    to_px = np.asarray(cv2.findHomography(mm, seen)[0], dtype=np.float64)
+    back = _homogeneous(mm) @ to_px.T
+    off = float(np.sqrt(np.square(back[:, :2] / back[:, 2:] - seen).sum(axis=1).mean()))
+    if off > _FLAT:
+        raise ValueError(
+            f"corners of the board in '{name}' lie {off:.2g} px from a plane, {_FLAT:g} px may be;"
+            " lay it flat, or give the lens by --camera"
+        )
+    to_mm = np.linalg.inv(to_px)
+    to_mm /= to_mm[2] @ _homogeneous(seen).mean(axis=0)
+    through = "" if lens is None else ", distortion of the lens taken out"
+    return BoardPlane(to_mm, lens, f"{len(mm)} corners of the board in {name}{through}")
+
+
+def _homogeneous(places: F64) -> F64:
+    return np.column_stack([places, np.ones(len(places))])
 
 
 def straightened(px: F64, lens: synthetic.Camera | None) -> F64:

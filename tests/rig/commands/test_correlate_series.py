@@ -5,6 +5,7 @@ import json
 import sys
 from xml.etree import ElementTree as ET
 
+import cv2
 import h5py
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from PIL import Image
 
 from models.field_net import field_net
 from rig import cli
+from rig.calibration.board import CharucoBoard
 from rig.series.frames import coloured_file, open_frames
 from rig.series.parts import path_of
 from rig.series.photograph import read_photograph
@@ -296,8 +298,6 @@ def test_pages_of_a_tiff_and_frames_of_a_video_are_frames(series, images):
     assert both.names == ("a.tif", *tiff.names)
     for number, image in enumerate(images):
         np.testing.assert_array_equal(both.read(number), image)
-    import cv2
-
     size = SHAPE[1], SHAPE[0]
     writer = cv2.VideoWriter(str(series / "v.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 10, size)
     for image in images:
@@ -411,6 +411,57 @@ def test_a_scale_of_two_points_stands_in_the_file_and_in_mm(series, correlate):
         np.testing.assert_allclose(file["place"][0, :, 0], 0.25 * file["x"][:])
         assert file["u_mm"].attrs["unit"] == "mm"
         assert np.nanmedian(file["exx"][2]) == pytest.approx(3 * STRETCH, abs=1.5e-4)
+
+
+BOARD = CharucoBoard((5, 4), 5.0, 4.0)
+AS_PRINTED = "board.png=5x4,5,4 mm"
+PX_PER_MM = 5.0
+
+
+@pytest.fixture
+def board(series):
+    """Photograph of a board on the specimen, a little turned; gives the turn, rad."""
+    turn = 0.06
+    c, s = np.cos(turn), np.sin(turn)
+    laid = np.array([[c, -s, 10.0], [s, c, 2.0]])  # about a corner, px
+    image = cv2.warpAffine(BOARD.draw(PX_PER_MM), laid, SHAPE[::-1], borderValue=255)
+    Image.fromarray(image.astype(np.uint16) * 100).save(series / "board.png")
+    return turn
+
+
+@pytest.mark.parametrize("frames", ["frames", "frames/f10.png"])
+def test_a_board_scales_a_test_and_a_pair_along_its_sides(series, correlate, board, frames):
+    code, _, text = correlate("ref.png", frames, "--board", AS_PRINTED, "--out", "o")
+    assert code == 0, text
+    stretch = 3 * STRETCH
+    with h5py.File(series / "o" / "fields.h5") as file:
+        assert file.attrs["mm_per_px"] == pytest.approx(1 / PX_PER_MM, rel=5e-3)
+        assert "12 corners of the board in board.png" in file.attrs["scale"]
+        u, v, u_mm = (file[name][-1].astype(float) for name in ("u", "v", "u_mm"))
+        along = (np.cos(board) * u + np.sin(board) * v) / PX_PER_MM
+        np.testing.assert_allclose(u_mm, along, rtol=5e-3, atol=2e-3)
+        assert np.nanmedian(file["exx"][-1]) == pytest.approx(
+            stretch * np.cos(board) ** 2, abs=3e-4
+        )
+
+
+def test_a_board_that_is_not_seen_ends_in_one_sentence(series, correlate, board):
+    for given, words in (
+        ("ref.png=5x4,5,4 mm", "shows no board of 5 × 4 squares; light it evenly"),
+        ("mirror.png=5x4,5,4 mm", "shows no board of 5 × 4 squares but in a mirror"),
+        ("none.png", "does not exist"),
+        ("small.png", "small.png' has 40x40 px and the reference 140x110 px"),
+        ("board.png=5x2,5,4 mm", "board needs 3 × 3 squares"),
+    ):
+        seen = np.asarray(Image.open(series / "board.png"))
+        Image.fromarray(np.ascontiguousarray(seen[:, ::-1])).save(series / "mirror.png")
+        Image.fromarray(seen[:40, :40].astype(np.uint8)).save(series / "small.png")
+        code, _, text = correlate("ref.png", "frames", "--board", given)
+        assert code == 2
+        assert words in " ".join(text.split())
+        assert text.count("\n") == 1
+    code, _, text = correlate("ref.png", "frames", "--board", AS_PRINTED, "--scale", "1,2,9,2=5 mm")
+    assert (code, "leave out one" in text) == (2, True)
 
 
 def test_a_scale_that_is_none_ends_in_one_sentence(series, correlate):

@@ -12,7 +12,7 @@ from rig.calibration.store import keep
 from rig.commands.scale import scale_of
 from rig.series.gauges import elongation
 from rig.series.regions import Extensometer
-from rig.series.scale import PlatePlane, in_mm, scaled_points, two_points
+from rig.series.scale import BoardPlane, PlatePlane, board_plane, in_mm, scaled_points, two_points
 from rig.series.tabulate import StrainOptions, strained
 
 SHAPE = (300, 420)
@@ -137,14 +137,34 @@ def test_a_scale_that_is_none_is_one_sentence(text):
     assert "\n" not in str(refusal.value)
 
 
+def test_a_board_takes_perspective_and_lens_out(camera, field):
+    x, y = np.meshgrid(np.arange(5) * 15.0, np.arange(4) * 15.0)
+    mm = np.column_stack([x.ravel(), y.ravel()])
+    px = camera.project(np.column_stack([mm, np.zeros(len(mm))]))
+    plane = board_plane(mm, px, camera, "board.png")
+    np.testing.assert_allclose(plane.places(field.xy), camera.on_plate(field.xy), atol=3e-5)
+    with pytest.raises(ValueError, match=r"lie \S+ px from a plane, 1 px may be; lay it flat"):
+        board_plane(mm, px, None, "board.png")
+    with pytest.raises(ValueError, match="one row of the board's corners"):
+        board_plane(mm[:5], px[:5], camera, "board.png")
+
+
+def test_beyond_the_horizon_of_a_board_lies_no_place():
+    steep = np.array([[0.1, 0, 0], [0, 0.1, 0], [0, -0.01, 1.0]])  # w = 0 at y = 100 px
+    plane = BoardPlane(steep, None, "a board")
+    assert np.isfinite(plane.places(np.array([[50.0, 99.0]]))).all()
+    with pytest.raises(ValueError, match=r"\(50, 101\) px lies beyond the horizon"):
+        plane.places(np.array([[50.0, 99.0], [50.0, 101.0]]))
+
+
 def test_a_lens_alone_needs_two_points_and_its_own_size(tmp_path, camera):
     path = tmp_path / "bench.json"
     keep(path, Lens(camera.size, 900.0, camera.centre, camera.distortion, 1.0, 0.1, 0.01, ()))
     with pytest.raises(ValueError, match="holds no pose"):
-        scale_of(None, path, SHAPE)
+        scale_of(None, None, path, SHAPE)
     with pytest.raises(ValueError, match="420x300 px and the reference has 64x48 px"):
-        scale_of("1,2,9,2=5 mm", path, (48, 64))
-    scale = scale_of("207,152,300,152=20 mm", path, SHAPE)
+        scale_of("1,2,9,2=5 mm", None, path, (48, 64))
+    scale = scale_of("207,152,300,152=20 mm", None, path, SHAPE)
     apart = np.diff(scale.places(np.array([[207.0, 152.0], [300.0, 152.0]])), axis=0)
     assert np.linalg.norm(apart) == pytest.approx(20)
     bent = scale.places(np.array([[5.0, 5.0], [98.0, 5.0]]))
