@@ -144,7 +144,7 @@ def test_a_board_takes_perspective_and_lens_out(camera, field):
     plane = board_plane(mm, px, camera, "board.png")
     np.testing.assert_allclose(plane.places(field.xy), camera.on_plate(field.xy), atol=3e-5)
     with pytest.raises(ValueError, match=r"lie \S+ px from a plane, 1 px may be; lay it flat"):
-        board_plane(mm, px, None, "board.png")
+        board_plane(mm, px + 4.0 * np.sin(mm / 10), camera, "board.png")  # it curls
     with pytest.raises(ValueError, match="one row of the board's corners"):
         board_plane(mm[:5], px[:5], camera, "board.png")
 
