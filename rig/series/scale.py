@@ -89,14 +89,14 @@ class BoardPlane:
     described: str
 
     def places(self, px: F64) -> F64:
-        """Places (N, 2) mm along the sides of the board, x as its rows run and y downwards."""
+        """Places (N, 2) mm along the sides of the board, x as its rows run, y from row to row."""
         mapped = _homogeneous(straightened(px, self.lens)) @ self.to_mm.T
         beyond = mapped[:, 2] <= 0
         if beyond.any():
             x, y = px[beyond][0]
             raise ValueError(
-                f"({x:g}, {y:g}) px lies beyond the horizon of the board's plane; leave it out by"
-                " the ROI"
+                f"({x:g}, {y:g}) px lies beyond the horizon of the board's plane; look at it less"
+                " slantwise"
             )
         return mapped[:, :2] / mapped[:, 2:]
 

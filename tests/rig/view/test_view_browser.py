@@ -12,9 +12,13 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
+import dic
 from rig.series.frames import open_frames
-from rig.series.regions import read_regions
+from rig.series.regions import Regions, read_regions
+from rig.series.run import FIELDS, run_series
+from rig.series.tabulate import StrainOptions
 from rig.view import ViewedTest, serve
+from rig.view.viewed import SomeFrames
 from rig.web.access import Access
 
 pytestmark = pytest.mark.browser
@@ -292,6 +296,15 @@ def test_a_result_alone_has_no_form_and_no_roi(page, result, tmp_path):
         expect(page.locator("#tool").get_by_text("ROI")).to_be_hidden()
         page.keyboard.press("r")
         expect(page.locator("[name=tool][value=look]")).to_be_checked()
+
+
+def test_a_reference_of_several_stills_is_said(page, photographs, tmp_path):
+    frames = open_frames(str(photographs))
+    ref = dic.prepare_stills([frames.read(0), frames.read(0)], 21, 9)
+    run_series(tmp_path, ref, SomeFrames(frames, (1,)), Regions(), StrainOptions())
+    with ViewedTest(None, tmp_path / FIELDS, tmp_path / "test") as test, serve(test) as address:
+        open_page(page, address)
+        expect(page.locator("#status")).to_contain_text("reference of 2 stills, σ × 1.00")
 
 
 def test_the_wheel_zooms_and_the_image_comes_back(page, looked_at):
