@@ -72,10 +72,8 @@ class Projector:
                 word: Word = self._link.recv()
                 self._ready, self.status, self._output = word
                 self._sound = self._ready
-            if self._ready and not (isinstance(content, Image) and content is self._sent):
-                self._link.send(content)
-                self.shown.add(now, content)
-                self._ready, self._since, self._sent = False, now, content
+            if self._ready:
+                self._send(content, now)
             elif self._sound and now - self._since > SECONDS_TO_ANSWER:
                 self._lose("does not answer", now)
         except (EOFError, OSError):
@@ -111,6 +109,14 @@ class Projector:
         self._ready = self._sound = False
         self._sent: Content = ()
         self.alive, self._since = True, time.monotonic()
+
+    def _send(self, content: Content, now: float) -> None:
+        """Send what is to be shown, unless it is the image that the window has."""
+        if isinstance(content, Image) and content is self._sent:
+            return
+        self._link.send(content)
+        self.shown.add(now, content)
+        self._ready, self._since, self._sent = False, now, content
 
     def _lose(self, how: str, now: float) -> None:
         """Note that there is no window; where it has said why, that stands."""

@@ -9,6 +9,7 @@ import sys
 import time
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from rig.live.snapshot import Mark
 from rig.projector import open_projector
 from rig.projector.content import image_of
 from rig.projector.markers import draw_marks, fit_plate, project
+from rig.projector.window import Projector
 from tests.waiting import wait_for
 
 SIZE, PLATE = (640, 400), (254.0, 180.0)
@@ -98,6 +100,35 @@ def test_an_image_is_shown_pixel_for_pixel_and_a_stuck_window_does_not_wait_for_
         os.kill(show.pid, signal.SIGCONT)
         last = image_of(pixels[::-1], SIZE)
         wait_for(lambda: show(last) or (read_screen(memory) == pixels[::-1]).all())
+
+
+class AnsweringLink:
+    """The loop's end of a link to a window that answers at once."""
+
+    def __init__(self):
+        self.sent, self._answers = [], 1  # a window that has opened says so
+
+    def poll(self):
+        return self._answers > 0
+
+    def recv(self):
+        self._answers -= 1
+        return True, "shown", None
+
+    def send(self, content):
+        self.sent.append(content)
+        self._answers += 1
+
+
+def test_an_image_that_stays_is_sent_once_and_its_window_is_not_taken_for_stuck(monkeypatch):
+    monkeypatch.setattr("rig.projector.window.SECONDS_TO_ANSWER", 0.0)
+    link = AnsweringLink()
+    projector = Projector(lambda wanted: (link, Mock()), "nowhere")
+    image = image_of(np.zeros((SIZE[1], SIZE[0]), np.uint8), SIZE)
+    for _ in range(5):
+        projector(image)
+    assert (projector.alive, projector.status) == (True, "shown")
+    assert link.sent == [image]
 
 
 @pytest.mark.display
