@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rig.live.snapshot import Alarm, Snapshot
+from rig.system.newcomers import Newcomers
 
 if TYPE_CHECKING:
     from rig.scene.alarms import AlarmsSection
@@ -21,8 +22,11 @@ MB = 2**20
 
 
 def free_space() -> int:
-    """Bytes that are free where the run was started."""
-    return shutil.disk_usage(".").free
+    """Bytes that are free where the run was started; none where that is gone, as a stick may be."""
+    try:
+        return shutil.disk_usage(".").free
+    except OSError:
+        return 0
 
 
 class Alarms:
@@ -97,14 +101,11 @@ class Alarms:
 
 def says_new(say: Callable[[str], object]) -> Callable[[Snapshot], None]:
     """Return what takes snapshots and says the sentence of each alarm that begins."""
-    last: tuple[Alarm, ...] = ()
+    new = Newcomers[Alarm]()
 
     def look(snapshot: Snapshot) -> None:
-        nonlocal last
-        for alarm in snapshot.alarms:
-            if alarm not in last:
-                say(alarm.sentence)
-        last = snapshot.alarms
+        for alarm in new(snapshot.alarms):
+            say(alarm.sentence)
 
     return look
 

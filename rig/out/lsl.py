@@ -11,8 +11,9 @@ from importlib import import_module
 from math import nan
 from typing import Any
 
+from rig.live.gestures import Gesture
 from rig.live.snapshot import Mark, Snapshot
-from rig.out.new_gestures import NewGestures
+from rig.system.newcomers import Newcomers
 from rig.system.optional import need
 
 FIELDS = (
@@ -58,14 +59,14 @@ class LslOutlet:
                 channel.append_child_value("unit", unit)
         self._outlet = self._lsl.StreamOutlet(info)
         self._markers = self._lsl.StreamOutlet(_markers(self._lsl, f"{name}-gestures"))
-        self._new_gestures = NewGestures()
+        self._new_gestures = Newcomers[Gesture]()
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Send the touches of a frame, stamped with its time, and its new gestures with theirs."""
         age = time.monotonic() - snapshot.given
         taken = self._lsl.local_clock() - age
         self._outlet.push_sample(sample(snapshot.touches, self._max_touches), taken)
-        for gesture in self._new_gestures(snapshot):
+        for gesture in self._new_gestures(snapshot.gestures):
             self._markers.push_sample([gesture.kind], taken - (snapshot.captured - gesture.time))
 
 

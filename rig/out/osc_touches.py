@@ -15,11 +15,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
+from rig.live.gestures import Gesture
 from rig.live.snapshot import Alarm, Mark, Snapshot
-from rig.out.new_gestures import NewGestures
 from rig.out.osc import bundle, message
 from rig.out.udp import UdpClient
 from rig.projector.demos.notes import Playing
+from rig.system.newcomers import Newcomers
 
 
 class OscTouches:
@@ -44,8 +45,7 @@ class OscTouches:
     def __init__(self, host: str, port: int, prefix: str, playing: Playing | None = None):
         self._client = UdpClient(host, port, "OSC")
         self._prefix, self._playing = prefix, playing
-        self._new_gestures = NewGestures()
-        self._alarms: tuple[Alarm, ...] = ()
+        self._new_gestures, self._new_alarms = Newcomers[Gesture](), Newcomers[Alarm]()
 
     @property
     def lost(self) -> int:
@@ -85,13 +85,11 @@ class OscTouches:
         for event in snapshot.events:
             numbers = event.x, event.y, event.force
             yield message(f"{self._prefix}/event", event.kind, event.identity, *map(float, numbers))
-        for one in self._new_gestures(snapshot):
+        for one in self._new_gestures(snapshot.gestures):
             numbers = one.x, one.y, one.value, one.angle
             yield message(f"{self._prefix}/gesture", one.kind, *map(float, numbers))
-        for alarm in snapshot.alarms:
-            if alarm not in self._alarms:
-                yield message(f"{self._prefix}/alarm", alarm.kind, alarm.sentence)
-        self._alarms = snapshot.alarms
+        for alarm in self._new_alarms(snapshot.alarms):
+            yield message(f"{self._prefix}/alarm", alarm.kind, alarm.sentence)
 
     def _notes(self, touches: tuple[Mark, ...], time: float) -> Iterator[bytes]:
         if self._playing is None:

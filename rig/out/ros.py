@@ -20,7 +20,7 @@ import numpy as np
 
 from rig.live.gestures import Gesture
 from rig.live.snapshot import Mark, Snapshot
-from rig.out.new_gestures import NewGestures
+from rig.system.newcomers import Newcomers
 from rig.system.optional import need
 
 NODE = "touchplate"
@@ -53,7 +53,7 @@ class RosNode:
         self, messages: Any, publisher: Any, send_text: Callable[[str], object], frame: str
     ):
         self._messages, self._publisher = messages, publisher
-        self._send_text, self._new_gestures = send_text, NewGestures()
+        self._send_text, self._new_gestures = send_text, Newcomers[Gesture]()
         self._frame = frame
         kinds = [(name, FLOAT32) for name in NUMBERS] + [("id", INT32)]
         self._fields = [
@@ -66,7 +66,7 @@ class RosNode:
         age = time.monotonic() - snapshot.given
         taken = time.time_ns() - int(age * NANO)
         self._publisher.publish(self._cloud(snapshot.touches, taken))
-        for gesture in self._new_gestures(snapshot):
+        for gesture in self._new_gestures(snapshot.gestures):
             before = snapshot.captured - gesture.time
             self._send_text(gesture_text(gesture, taken / NANO - before))
 
