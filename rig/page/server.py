@@ -32,6 +32,7 @@ from rig.web.serving import EVERYWHERE, GOING_AWAY, HOST, Newest, listen, servin
 
 STATIC = Path(__file__).parent / "static"
 LONGEST = 512  # bytes of what a page may ask for
+LONGEST_NUMBER = 15  # digits that a float holds
 WAITING = 32  # things asked for that may wait
 Asked = dict[str, Any]
 
@@ -155,7 +156,7 @@ async def _ask(request: Request, publisher: Publisher) -> Response:
             return PlainTextResponse(f"a wish has {LONGEST} bytes at most\n", 413)
     wish: Any = None
     with suppress(ValueError):
-        wish = json.loads(body)
+        wish = json.loads(body, parse_int=_number)
     match wish:
         case {"do": str(what)} if publisher.takes is not None and what not in publisher.takes:
             known = ", ".join(publisher.takes)
@@ -165,6 +166,11 @@ async def _ask(request: Request, publisher: Publisher) -> Response:
             return Response(status_code=204)
         case _:
             return PlainTextResponse("a wish is a JSON object with what to do\n", 400)
+
+
+def _number(digits: str) -> float:
+    """Read a whole number; one beyond all others is infinite, since no float holds it."""
+    return int(digits) if len(digits) <= LONGEST_NUMBER else float(digits)
 
 
 async def _stream(websocket: WebSocket, publisher: Publisher) -> None:

@@ -276,6 +276,14 @@ def test_a_wish_that_is_none_is_refused(content, status):
         assert list(publisher.asked()) == []
 
 
+def test_a_number_beyond_all_others_is_infinite_and_ends_no_loop():
+    with serve(0) as publisher:
+        for digits in ("1" + 400 * "0", "-1" + 400 * "0"):
+            wish = f'{{"do": "weigh", "force": {digits}}}'
+            assert httpx.post(f"{publisher.url}ask", content=wish).status_code == 204
+        assert [wish["force"] for wish in publisher.asked()] == [np.inf, -np.inf]
+
+
 def test_a_wish_that_nobody_fulfils_is_refused_with_those_that_are():
     with serve(0) as publisher:
         Operator(publisher, Switch(lambda file: None, None), Calibration(), ())
