@@ -112,7 +112,7 @@ class Operator:
         try:
             if self._files:
                 self._files.playback.play(str(wish.get("name")))
-        except ValueError as error:
+        except (OSError, ValueError) as error:
             self._refused = str(error)
 
     def _keep(self, wish: dict[str, Any]) -> None:

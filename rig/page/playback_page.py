@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Word = tuple[str, str]
 """Address of the page, or empty; and why there is none, as a sentence."""
+NO_WORD: Word = ("", "")
 
 
 class PlaybackPage:
@@ -35,7 +36,7 @@ class PlaybackPage:
     def __init__(self, folder: Path, page: Page):
         self._folder, self._page = folder, page
         self._names: tuple[str, ...] = ()
-        self._played = self._address = self._trouble = ""
+        self._played, self._word = "", NO_WORD
         self._opened: tuple[Connection, BaseProcess] | None = None
 
     @property
@@ -62,10 +63,13 @@ class PlaybackPage:
         ------
         ValueError
             If none is called so.
+        OSError
+            If the system starts no other process.
         """
         if name not in self._names:
             raise ValueError(f"no recording here is called {name!r}; choose one of the list")
         self._close()
+        self._played, self._word = "", NO_WORD
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         given = theirs, self._folder / name, self._page
@@ -78,11 +82,18 @@ class PlaybackPage:
     def state(self) -> Recordings:
         """Give what is listed, what is played, and where."""
         if self._opened:
-            with suppress(EOFError, OSError):
-                while self._opened[0].poll():
-                    word: Word = self._opened[0].recv()
-                    self._address, self._trouble = word
-        return Recordings(self._names, self._played, self._address, self._trouble)
+            self._hear(self._opened[0])
+        return Recordings(self._names, self._played, *self._word)
+
+    def _hear(self, link: Connection) -> None:
+        """Take what the page says; where it has ended without saying why, that is said."""
+        try:
+            while link.poll():
+                self._word = link.recv()
+        except (EOFError, OSError):
+            self._close()
+            ended = f"page of '{self._played}' has ended; choose the recording again"
+            self._word = "", self._word[1] or ended
 
     def _close(self) -> None:
         if self._opened is None:
@@ -92,7 +103,7 @@ class PlaybackPage:
         process.kill()  # it only reads, and its goodbye would hold the loop
         process.join()
         process.close()
-        self._opened, self._played, self._address, self._trouble = None, "", "", ""
+        self._opened = None
 
 
 def play_until_closed(link: Connection, path: Path, page: Page) -> None:

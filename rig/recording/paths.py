@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 SUFFIX = ".h5"
@@ -27,8 +29,14 @@ def named(folder: Path, name: str) -> Path:
 
 def recordings(folder: Path) -> tuple[str, ...]:
     """Names of the recordings in a folder, the newest first."""
-    found = [(path.stat().st_mtime, path.name) for path in folder.glob(f"*{SUFFIX}")]
-    return tuple(name for _, name in sorted(found, reverse=True))
+    return tuple(name for _, name in sorted(_dated(folder), reverse=True))
+
+
+def _dated(folder: Path) -> Iterator[tuple[float, str]]:
+    """Yield when each recording was written, and its name."""
+    for path in folder.glob(f"*{SUFFIX}"):
+        with suppress(OSError):  # it may go while we look, or be a link to nothing
+            yield path.stat().st_mtime, path.name
 
 
 def require_new(path: Path) -> Path:

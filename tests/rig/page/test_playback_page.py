@@ -1,6 +1,8 @@
 """Recordings that are played beside a run, on a page of another process."""
 
 import json
+import os
+import signal
 
 import httpx
 import pytest
@@ -12,6 +14,7 @@ from rig.page.operator import Operator
 from rig.page.playback_page import PlaybackPage
 from rig.page.server import Publisher
 from rig.recording.control import Switch
+from rig.recording.paths import recordings
 from rig.scene.loop import Page
 from rig.web.access import Access
 from tests.rig.page.conftest import draw_snapshot
@@ -55,6 +58,21 @@ def test_a_file_that_is_no_recording_is_a_sentence_and_another_can_be_chosen(fol
         assert "broken.h5" in sentence
         playback.play("whole.h5")
         assert playback.state().trouble == ""
+
+
+def test_a_page_that_dies_is_a_sentence(folder):
+    with PlaybackPage(folder, EVERYONE) as playback:
+        playback.look()
+        playback.play("whole.h5")
+        os.kill(playback.pid, signal.SIGKILL)
+        sentence = wait_for(lambda: playback.state().trouble)
+        assert sentence == "page of 'whole.h5' has ended; choose the recording again"
+        assert (playback.state().address, playback.pid) == ("", None)
+
+
+def test_a_recording_that_goes_while_the_folder_is_read_is_not_listed(folder):
+    (folder / "gone.h5").symlink_to(folder / "nowhere")
+    assert set(recordings(folder)) == {"whole.h5", "broken.h5"}
 
 
 @pytest.mark.parametrize("name", ["../whole.h5", "other.h5", "", None])
