@@ -6,11 +6,14 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
 from pathlib import Path
+from threading import Semaphore
 
 import cv2
 
 from rig.live.snapshot import Snapshot
 from rig.recording.touches_csv import open_touches
+
+WAITING = 8  # stills that may wait until they are written
 
 
 class Stills:
@@ -33,6 +36,7 @@ class Stills:
     ):
         self._folder, self._say, self._describe = folder, say, describe
         self._pool = ThreadPoolExecutor(1, "stills")
+        self._places = Semaphore(WAITING)
 
     def __enter__(self) -> Stills:
         """Keep stills while the block runs."""
@@ -43,9 +47,13 @@ class Stills:
         self._pool.shutdown()
 
     def __call__(self, snapshot: Snapshot) -> None:
-        """Keep a frame under the time of day and its number."""
+        """Keep a frame under the time of day and its number, unless too many wait."""
+        if not self._places.acquire(blocking=False):
+            self._say(f"snapshot is not kept: {WAITING} wait to be written; ask for fewer")
+            return
         name = f"still-{datetime.now():%Y%m%d-%H%M%S}-{snapshot.sequence}"
-        self._pool.submit(self._keep, snapshot, self._folder / name)
+        kept = self._pool.submit(self._keep, snapshot, self._folder / name)
+        kept.add_done_callback(lambda _: self._places.release())
 
     def _keep(self, snapshot: Snapshot, path: Path) -> None:
         try:

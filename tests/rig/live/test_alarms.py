@@ -1,11 +1,13 @@
 """Alarms of a run: they begin where a bound is crossed, and stay a while after."""
 
+import shutil
 from dataclasses import replace
+from unittest.mock import Mock
 
 import pytest
 
 import rig
-from rig.live.alarms import LOOKS, MB, MINUTE, STAYS, Alarms, says_new, watched
+from rig.live.alarms import LOOKS, MB, MINUTE, STAYS, Alarms, free_space, says_new, watched
 from rig.live.snapshot import Mark
 from rig.scene import SceneError
 from rig.scene.alarms import AlarmsSection
@@ -55,6 +57,11 @@ def test_silence_is_counted_from_the_last_new_frame():
     assert bench.kinds(fresh=False) == ["silence"]
     bench.now += STAYS + 0.1
     assert bench.kinds() == []
+
+
+def test_a_folder_that_is_gone_has_no_space_and_ends_no_run(monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", Mock(side_effect=OSError("stale file handle")))
+    assert free_space() == 0
 
 
 def test_the_disk_is_looked_at_now_and_then():
