@@ -67,7 +67,7 @@ class Pace:
         found, expected = self.source_rate, self._rate
         if found is not None and expected is not None:
             differs = abs(found / expected - 1.0) > OTHER_RATE
-            signs.append(Sign("frame rate", f"{found:.3g} fps of {expected:g}", differs))
+            signs.append(Sign("camera rate", f"{found:.3g} of {expected:g} fps", differs))
         if self.out_of_order:
             signs.append(Sign("out of order", f"{self.out_of_order} frames", True))
         return tuple(signs)

@@ -27,7 +27,11 @@ def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
     return (
         Sign("visible pattern", f"{visible:.0%}", visible < 1.0 - SLIGHT),
         _fit(estimate, bool(frame_estimate.unusable_reason)),
-        Sign("noise", f"{noise:.1f} gl, {chain.noise:.1f} at rest", noise > NOISY * chain.noise),
+        Sign(
+            "noise",
+            f"{noise:.1f} grey levels, {chain.noise:.1f} at rest",
+            noise > NOISY * chain.noise,
+        ),
         _light(contrast(sums, ~hidden, tiles.size) if visible else float("nan")),
         _pattern(chain),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
@@ -43,12 +47,16 @@ def _fit(estimate: Estimate, unusable: bool) -> Sign:
     )
 
 
+def _noise(noise: float, at_rest: float) -> Sign:
+    return Sign("noise", f"{noise:.1f} grey levels, {at_rest:.1f} at rest", noise > NOISY * at_rest)
+
+
 def _pattern(chain: Chain) -> Sign:
     """Error that a pattern too fine for the pixels leaves in a tile, beside that of noise."""
     noise = chain.noise / float(np.sqrt(np.median(chain.reference.hessian[:, (0, 2)])))
     aliasing = chain.reference.aliasing
     too_fine = aliasing > noise
-    text = f"{1e3 * aliasing:.0f} mpx aliased, {1e3 * noise:.0f} noise"
+    text = f"{aliasing:.3f} px aliased, {noise:.3f} noise"
     return Sign("pattern", f"{text}: defocus" if too_fine else text, too_fine)
 
 

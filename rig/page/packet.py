@@ -125,7 +125,8 @@ class Packet:
     def _projector(self) -> bytes:
         if self.screen is None:
             return b""
-        return _jpeg(draw(self.shown, self.screen)[..., ::-1] * BRIGHTENED)
+        drawn = draw(self.shown, self.screen)[..., ::-1]
+        return _jpeg(np.minimum(drawn, 255 // BRIGHTENED) * BRIGHTENED)
 
     @cached_property
     def _strain(self) -> bytes:
@@ -175,6 +176,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "base": asdict(shot.base) if shot.base else None,
         "gestures": [asdict(gesture) for gesture in shot.gestures],
         "taps": [asdict(tap) for tap in shot.recent_taps],
+        "alarms": [asdict(alarm) for alarm in shot.alarms],
     }
 
 

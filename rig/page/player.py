@@ -133,7 +133,7 @@ class RecordedFrames:
             from_strain=_places(row),
             truth=None if recorded.truth is None else true_marks(recorded.truth),
             strain=self._strain(row),
-            status=f"{self.session.path.name}, frame {index + 1} of {len(self.times)}:"
+            status=f"frame {index + 1} of {len(self.times)} in {self.session.path.name}:"
             f" {recorded_sentence(row) or count}",
             position_error=None,
             force_error=None,

@@ -176,7 +176,7 @@ find("view-canvas").addEventListener("click", (event) => {
 });
 find("opacity").addEventListener("input", ({ target }) => { choice.opacity = target.value / 100; redraw(); });
 document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select, [type=number]")) return;
+  if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select, [type=number]")) return;
   const key = event.key.toLowerCase();
   if (key in KEYS) choose("component", KEYS[key]);
   if (key === "p") choose("view", choice.view === "camera" ? "projector" : "camera");

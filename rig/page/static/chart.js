@@ -33,8 +33,9 @@ export class Chart {
   // strain: [value, sigma] of the chosen component at the pinned point, or null
   add(frame, strain) {
     const last = this.history.at(-1);
-    if (last && frame.captured < last.time) this.history = [];  // the loop was started anew
     const { captured: time, touches, truth, plate } = frame;
+    if (time === last?.time) return;  // the last frame stands for one that has not come
+    if (time < last?.time) this.history = [];  // the loop was started anew
     this.history.push({ time, touches, truth: truth ?? [], plate, strain });
     while (this.history[0].time < time - SECONDS) this.history.shift();
   }
@@ -96,7 +97,7 @@ export class Chart {
       context.moveTo(LEFT - 6, Math.round(y(value)) + 0.5);
       context.lineTo(wide, Math.round(y(value)) + 0.5);
       context.stroke();
-      context.fillText(String(+value.toPrecision(3)), LEFT - 12, y(value));
+      context.fillText(String(+value.toPrecision(3)).replace("-", "−"), LEFT - 12, y(value));
     }
     context.textBaseline = "alphabetic";
     context.textAlign = "center";

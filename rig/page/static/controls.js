@@ -15,7 +15,7 @@ function changed(name, value) {
 }
 
 export function showControls(frame) {
-  showNotes(frame.notes);
+  showNotes(frame);
   showRecording(frame);
   showFiles(frame);
   showRecordings(frame);
@@ -27,10 +27,13 @@ export function showControls(frame) {
   find("controls").hidden = !frame.settings.length && !frame.calibration.length && !frame.learned;
 }
 
-function showNotes(notes) {
-  if (!changed("notes", notes)) return;
+function showNotes({ notes, alarms }) {
+  if (!changed("notes", [notes, alarms])) return;
+  const alarming = new Set(alarms.map(({ sentence }) => sentence));
   find("notes").hidden = !notes.length;
-  find("notes").firstElementChild.replaceChildren(...notes.map((note) => make("li", {}, note)));
+  find("notes").firstElementChild.replaceChildren(...notes.map((note) => (
+    make("li", { className: alarming.has(note) ? "alarm" : "" }, note)
+  )));
 }
 
 function showRecording({ recording, controls }) {
@@ -56,7 +59,7 @@ function showFiles({ table, controls }) {
 }
 
 function showRecordings({ recordings, controls }) {
-  find("recordings").hidden = !recordings;
+  find("recordings").hidden = !recordings || !(controls || recordings.played);  // who may only look lists none
   if (!recordings || !changed("recordings", [recordings, controls])) return;
   const { names, played, address, trouble } = recordings;
   find("recordings-list").replaceChildren(...names.map((name) => {
@@ -65,7 +68,7 @@ function showRecordings({ recordings, controls }) {
     return make("li", {}, button);
   }));
   find("playback").replaceChildren(...playback(played, address, trouble));
-  if (!names.length) show("playback", "None in the folder of the run");
+  if (!names.length && !played) show("playback", "None in the folder of the run");
 }
 
 function playback(played, address, trouble) {

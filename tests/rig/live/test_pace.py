@@ -33,7 +33,7 @@ def test_a_source_that_counts_from_its_start_again_drops_nothing():
 
 
 @pytest.mark.parametrize(
-    ("real", "said"), [(30.0, []), (25.0, []), (20.0, ["frame rate"]), (60.0, ["frame rate"])]
+    ("real", "said"), [(30.0, []), (25.0, []), (20.0, ["camera rate"]), (60.0, ["camera rate"])]
 )
 def test_a_rate_that_is_not_that_of_the_scene_is_said(real, said):
     pace = begun([(number, number / real) for number in range(40)], rate=30.0)

@@ -76,7 +76,7 @@ def test_noise_is_said(look):
     rng = np.random.default_rng(0)
     found = look(change=lambda image: image + rng.normal(0, 3.0, image.shape))
     assert "noise" in warned(found)
-    noise, rest = found["noise"].says.removesuffix(" at rest").split(" gl, ")
+    noise, rest = found["noise"].says.removesuffix(" at rest").split(" grey levels, ")
     assert float(noise) ** 2 == pytest.approx(float(rest) ** 2 + 9.0, rel=0.1)
 
 

@@ -18,7 +18,7 @@ from models import Tap
 from rig.calibration.guide import Progress
 from rig.live.gestures import Gesture
 from rig.live.learning import Learned
-from rig.live.snapshot import BaseReading, Mark, Sign, StableShape
+from rig.live.snapshot import Alarm, BaseReading, Mark, Sign, StableShape
 from rig.page import serve
 from rig.page.controls import (
     Measured,
@@ -302,6 +302,26 @@ def test_all_cards_of_a_flat_plate_are_seen_at_once_on_a_laptop(page, snapshot):
         assert aside.evaluate("cards => cards.scrollHeight <= cards.clientHeight")
 
 
+def test_the_colour_bar_is_seen_below_a_recording_that_is_played(page, snapshot):
+    page.set_viewport_size({"width": 1280, "height": 800})
+    with serve(0) as publisher, feed(beside := Beside(publisher, PageControls()), snapshot):
+        open_live(page, publisher)
+        beside.shown = PageControls(played=Played(2.5, 10.0, True))
+        expect(page.locator("#played")).to_be_visible()
+        expect(page.locator("#bar-low")).to_be_in_viewport(ratio=1.0)
+
+
+def test_alarms_stand_out_among_the_notes(page, snapshot):
+    shown = PageControls(notes=("lift it", "the disk is nearly full"))
+    with (
+        serve(0) as publisher,
+        feed(Beside(publisher, shown), partial(snapshot, alarms=(Alarm("force", 1.0, "lift it"),))),
+    ):
+        open_live(page, publisher)
+        expect(page.locator("#notes li")).to_have_count(2)
+        expect(page.locator("#notes .alarm")).to_have_text("lift it")
+
+
 def test_a_status_is_text_and_never_markup(page, snapshot):
     with (
         serve(0) as publisher,
@@ -329,11 +349,11 @@ def with_controls(publisher, snapshot, page_controls):
 
 
 class Beside:
-    def __init__(self, publisher, page_controls):
-        self._publisher, self._controls = publisher, page_controls
+    def __init__(self, publisher, shown):
+        self._publisher, self.shown = publisher, shown
 
     def publish(self, snapshot):
-        self._publisher.publish(snapshot, self._controls)
+        self._publisher.publish(snapshot, self.shown)
 
 
 def wait_for_wish(publisher):

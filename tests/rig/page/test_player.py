@@ -102,14 +102,14 @@ def test_the_page_plays_pauses_seeks_and_opens_another(recorded, tmp_path):
     }
     given = watch(path, wishes, step=0.01, steps=90)
     first, later = given[0], given[-1]
-    assert first[0].status == "first.h5, frame 1 of 10: no touch"
+    assert first[0].status == "frame 1 of 10 in first.h5: no touch"
     assert first[1].settings[0].choices == recordings(tmp_path)
     assert set(recordings(tmp_path)) == {"first.h5", "second.h5"}
-    sought = [one for one in given if one[0].status.startswith("first.h5, frame 10 of 10")]
+    sought = [one for one in given if one[0].status.startswith("frame 10 of 10 in first.h5")]
     assert sought
     assert not sought[0][1].played.running
     assert sought[0][1].played.seconds == pytest.approx(end)
-    assert later[0].status.startswith("second.h5")
+    assert " in second.h5: " in later[0].status
     captured = [snapshot.captured for snapshot, _ in given]
     assert captured == sorted(captured)
 
@@ -125,7 +125,7 @@ def test_a_damaged_image_is_left_out_and_said(recorded):
         at = float(RecordedFrames(session).times[4])
     given = watch(path, {1: [{"do": "play"}], 4: [{"do": "seek", "to": at}]})
     assert "frame 4 of recording" in given[-1][1].notes[0]
-    assert given[-1][0].status.startswith("first.h5, frame 1 of")
+    assert given[-1][0].status.startswith("frame 1 of 10 in first.h5")
 
 
 def test_a_file_that_is_no_recording_is_said_and_the_one_before_goes_on(recorded, tmp_path):
@@ -134,7 +134,7 @@ def test_a_file_that_is_no_recording_is_said_and_the_one_before_goes_on(recorded
     wishes = {3: [{"do": "set", "key": "recording", "value": "wrong.h5"}]}
     given = watch(path, wishes)
     assert "wrong.h5" in given[-1][1].notes[0]
-    assert given[-1][0].status.startswith("first.h5")
+    assert " in first.h5: " in given[-1][0].status
 
 
 def test_the_newest_of_a_folder_is_opened_and_an_empty_one_is_a_sentence(tmp_path):
