@@ -42,3 +42,15 @@ def blur_of(given: Setup) -> Blur | None:
     aperture = lens.focal / lens.f_number
     circles = [aperture * view.focal * abs(s - lens.focus) / (s * lens.focus) for s in (near, far)]
     return Blur((near, far), (circles[0], circles[1]))
+
+
+def sharpest(given: Setup) -> float:
+    """Distance, mm, focused at which the nearest and the farthest point are equally sharp.
+
+    That of the camera where the scene says nothing of a lens, for then all is sharp.
+    """
+    blur = blur_of(given)
+    if blur is None:
+        return given.camera.stand_off
+    near, far = blur.depths
+    return 2 * near * far / (near + far)

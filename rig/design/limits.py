@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import fe
-from rig.design.focus import blur_of
+from rig.design.focus import Blur, blur_of, sharpest
 from rig.design.prediction import Prediction, predict
-from rig.design.setup import Setup, setup_of
+from rig.design.setup import Setup, focused, setup_of
 from rig.scene import Scene
+from rig.scene.bench import LensSection
 from rig.scene.plate import PlateSection
 from rig.scene.theory import choose, largest_force
 
@@ -24,7 +25,7 @@ FINEST = 0.2  # mm: a printer of 600 dpi draws no rounder spots than eight dots 
 ROUNDS = 4  # of trials: the error falls a little slower than by the cube
 THICKER = 1.1  # from one trial to the next
 CUBE = 3.0  # power of the thickness with which a plate gets stiffer
-BLURRED = 2.0  # speckles across a circle out of focus: a fifth of the contrast is left to them
+BLURRED = 1.0  # speckles across a circle out of focus: errors are twice those of a sharp image
 NYQUIST = 2.0  # px: a finer speckle is not seen as it is printed
 
 
@@ -79,14 +80,18 @@ def _blurred(given: Setup) -> str:
     widest, limit = max(blur.circles), BLURRED * speckle_in_pixels(given)
     if widest <= limit:
         return ""
-    near, far = blur.depths
     return (
-        f"camera.lens.focus is {lens.focus:g} mm and the plate is {near:.4g} to {far:.4g} mm from"
-        f" the lens, so that a point of it is {widest:.2g} px wide and a speckle"
+        f"{_focus_of(lens, blur)}, so that a point of it is {widest:.2g} px wide and a speckle"
         f" {limit / BLURRED:.2g};"
-        f" set camera.lens.focus to {2 * near * far / (near + far):.4g} mm, or camera.lens.f_number"
+        f" set camera.lens.focus to {sharpest(given):.4g} mm, or camera.lens.f_number"
         f" to {_rounded_up(lens.f_number * widest / limit)} or more"
     )
+
+
+def _focus_of(lens: LensSection, blur: Blur) -> str:
+    near, far = (f"{depth:.4g}" for depth in blur.depths)
+    away = near if near == far else f"{near} to {far}"
+    return f"camera.lens.focus is {lens.focus:g} mm and the plate is {away} mm from the lens"
 
 
 def _too_soft(scene: Scene, plate: PlateSection) -> str:
@@ -134,6 +139,8 @@ def too_stiff(scene: Scene, found: Prediction) -> str:
     place = float(np.median(found.errors.place)) / force
     if place <= FARTHEST:
         return ""
+    if why := _found_if_focused(found, force, place):
+        return why
     thinner, left = plate.thickness, place
     for _ in range(ROUNDS):
         if left <= FARTHEST:
@@ -145,6 +152,21 @@ def too_stiff(scene: Scene, found: Prediction) -> str:
         f"thickness is {plate.thickness:g} mm, and a touch of {force:g} N would be found to"
         f" {place:.0f} mm only; set thickness to {_rounded_down(thinner)} mm or less, or expect"
         " more force"
+    )
+
+
+def _found_if_focused(found: Prediction, force: float, place: float) -> str:
+    """Say that focus alone keeps touches from being placed; empty where it does not."""
+    given, sharp = found.setup, sharpest(found.setup)
+    blur, lens = blur_of(given), given.camera.lens
+    if blur is None or lens is None:
+        return ""
+    focus = predict(focused(given, sharp), like=found)
+    if float(np.median(focus.errors.place)) / force > FARTHEST:
+        return ""
+    return (
+        f"{_focus_of(lens, blur)}, so that a touch of {force:g} N would be found to {place:.0f} mm"
+        f" only; set camera.lens.focus to {sharp:.4g} mm"
     )
 
 

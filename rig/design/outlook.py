@@ -13,6 +13,7 @@ import numpy as np
 
 import fe
 from models import ExpectedErrors
+from rig.design.changes import Row, changes
 from rig.design.focus import Blur, blur_of
 from rig.design.limits import too_stiff
 from rig.design.prediction import (
@@ -25,7 +26,7 @@ from rig.design.prediction import (
     time_of_frame,
 )
 from rig.design.search import Found, search
-from rig.design.setup import Row, Setup, changes, setup_of
+from rig.design.setup import Setup, setup_of
 from rig.design.unknowns import Unknowns, unknowns
 from rig.plates.cached import modal as modal_plate
 from rig.scene import Scene

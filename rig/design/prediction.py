@@ -23,6 +23,7 @@ from models import (
     gradient_energy,
     places_over_plate,
 )
+from rig.design.focus import blur_of
 from rig.design.setup import Setup
 from rig.scene.bench import CameraSection
 from rig.scene.plate import PlateSection
@@ -233,16 +234,19 @@ def remaining_gain(given: Setup) -> float:
 
 
 def _patch(given: Setup, shift: tuple[float, float] = (0.0, 0.0)) -> F64:
-    """Render the middle of the image without noise, moved by a shift in px, grey levels."""
+    """Render the middle of the image without noise, moved by a shift in px, grey levels.
+
+    It is blurred as that end of the plate is which is further out of focus.
+    """
     view = given.camera.build(given.plate)
     width, height = (min(PATCH, side) for side in view.size)
     left, top = (view.size[0] - width) // 2, (view.size[1] - height) // 2
-    centre = (view.centre[0] - left, view.centre[1] - top)
+    centre = (view.centre[0] - left + shift[0], view.centre[1] - top + shift[1])
     patch = replace(view, size=(width, height), centre=centre)
-    pattern = given.pattern.build(given.plate)
-    warper = synthetic.prepare_warp(pattern, patch, view.face_height(given.plate.thickness))
-    light = warper.render(np.zeros((len(warper.points), 3)), None, None, shift) / 255.0
-    sensor = given.sensor.build()
+    pattern, sensor, blur = given.pattern.build(given.plate), given.sensor.build(), blur_of(given)
+    optics = None if blur is None else synthetic.Optics(disc=max(blur.circles))
+    exposure, height = synthetic.Exposure(optics), view.face_height(given.plate.thickness)
+    light = synthetic.render(pattern, patch, None, None, None, height, exposure=exposure) / 255.0
     return (sensor.white - sensor.black) * sensor.top * light
 
 

@@ -9,9 +9,10 @@ from math import log
 import numpy as np
 
 import fe
+from rig.design.focus import sharpest
 from rig.design.limits import FINEST, bears, speckle_in_pixels
 from rig.design.prediction import Prediction, predict
-from rig.design.setup import Setup, as_thick, changed
+from rig.design.setup import Setup, as_thick, at_distance, changed, focused
 from rig.scene.bench import CameraSection
 
 SEEN = 2.5  # px: speckles below are seen with less contrast, and their motion with a bias
@@ -120,6 +121,14 @@ def search(
     return Found(place, force, _median(now), alone, together)
 
 
+def focus(given: Setup, largest: float) -> Way:
+    """Focus at the plate."""
+    del largest
+    lens, sharp = given.camera.lens, sharpest(given)
+    before = sharp if lens is None else lens.focus
+    return Way("focus distance", "mm", before, sharp, lambda distance: focused(given, distance))
+
+
 def speckles(given: Setup, largest: float) -> Way:
     """Finer speckles, as fine as they are still seen and printed."""
     del largest
@@ -157,7 +166,7 @@ def stand_off(given: Setup, largest: float) -> Way:
     nearest = min(NEAREST * max(given.plate.size), camera.stand_off)
 
     def moved(distance: float) -> Setup:
-        return replace(given, camera=changed(camera, stand_off=distance))
+        return replace(given, camera=at_distance(camera, distance))
 
     what = "stand-off, with a lens that sees all of the plate"
     return Way(what, "mm", camera.stand_off, nearest, moved)
@@ -174,8 +183,8 @@ def pixels(given: Setup, largest: float) -> Way:
     return Way("width of the image", "px", width, max(MAX_PIXELS, width), bought)
 
 
-WAYS = speckles, frames, thickness, stand_off, pixels
-"""What may be changed, the cheapest first: print, wait, cut, move, buy."""
+WAYS = focus, speckles, frames, thickness, stand_off, pixels
+"""What may be changed, the cheapest first: turn a ring, print, wait, cut, move, buy."""
 
 
 def _changed_enough(way: Way, now: Prediction, place: float, modal: fe.ModalPlate | None) -> Step:

@@ -1,8 +1,7 @@
-"""What a design is made from, the sections of a scene, and what can be changed in them."""
+"""What a design is made from: the sections of a scene, and copies of them with other values."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,8 +12,6 @@ from rig.scene.bench import CameraSection, PatternSection, SensorSection
 from rig.scene.plate import PlateSection
 from rig.scene.sensing import DicSection
 
-STEP = 1.25  # by which a change changes something, unless it says otherwise
-AVERAGED = 4  # frames
 ROUNDING = 1 / 12  # variance of rounding to whole grey levels
 
 
@@ -42,17 +39,13 @@ class Setup:
 
     @property
     def geometry(self) -> tuple[PlateSection, CameraSection, int]:
-        """What decides how touches are seen, whatever the pattern and the noise."""
-        return self.plate, self.camera, self.tile
+        """What decides how touches are seen, whatever the pattern, the noise and the focus."""
+        return self.plate, changed(self.camera, lens=None), self.tile
 
     @property
     def tile(self) -> int:
         """Side of a tile, px; of large images no more than 64 tiles a side are needed."""
         return max(self.dic.tile, max(self.camera.pixels) // 64)
-
-
-Row = tuple[str, str, str, Setup]
-"""A change: what, before, after, and the setup after it."""
 
 
 def setup_of(scene: Scene) -> Setup:
@@ -85,39 +78,6 @@ def setup_of(scene: Scene) -> Setup:
     )
 
 
-def changes(given: Setup) -> Iterator[Row]:
-    """List changes that money or work can make."""
-    camera, plate, pattern = given.camera, given.plate, given.pattern
-
-    def row(what: str, unit: str, before: float, after: float, **update: Any) -> Row:
-        old, new = (f"{value:.4g} {unit}".rstrip() for value in (before, after))
-        return what, old, new, replace(given, **update)
-
-    width, height = camera.pixels
-    wide, high = round(width * STEP), round(height * STEP)
-    finer = replace(given, camera=changed(camera, pixels=(wide, high)))
-    yield "camera pixels", f"{width} × {height}", f"{wide} × {high}", finer
-    near = camera.stand_off / STEP
-    yield row("stand-off", "mm", camera.stand_off, near, camera=changed(camera, stand_off=near))
-    thin = plate.thickness / STEP
-    yield row("thickness", "mm", plate.thickness, thin, plate=as_thick(plate, thin))
-    for diameter in (pattern.diameter / STEP, pattern.diameter * STEP):
-        other = changed(pattern, diameter=diameter)
-        yield row("speckle diameter", "mm", pattern.diameter, diameter, pattern=other)
-    contrast = min(1.0, pattern.contrast * STEP)
-    if contrast > pattern.contrast:
-        strong = changed(pattern, contrast=contrast)
-        yield row("speckle contrast", "", pattern.contrast, contrast, pattern=strong)
-    if given.sensor.noise:
-        low = given.sensor.noise / STEP
-        quiet = changed(given.sensor, noise=low)
-        yield row("sensor noise", "grey levels", given.sensor.noise, low, sensor=quiet)
-    yield row("mean of frames", "", given.frames, AVERAGED, frames=AVERAGED)
-    count = given.dic.reference_frames
-    more = changed(given.dic, reference_frames=AVERAGED * count)
-    yield row("reference frames", "", count, AVERAGED * count, dic=more)
-
-
 def changed(section: Any, **update: object) -> Any:
     """Copy a section with other values."""
     return section.model_copy(update=update)
@@ -131,3 +91,18 @@ def as_thick(plate: PlateSection, thickness: float) -> PlateSection:
         for patch in plate.patches
     )
     return changed(plate, thickness=thickness, patches=patches)
+
+
+def at_distance(camera: CameraSection, stand_off: float) -> CameraSection:
+    """Copy a camera at another distance, mm, with a lens that sees as much and is focused alike."""
+    part, lens = stand_off / camera.stand_off, camera.lens
+    if lens is not None:
+        lens = changed(lens, focal=part * lens.focal, focus=part * lens.focus)
+    return changed(camera, stand_off=stand_off, lens=lens)
+
+
+def focused(given: Setup, distance: float) -> Setup:
+    """Copy a setup with its lens, where the scene names one, focused at a distance, mm."""
+    camera = given.camera
+    lens = None if camera.lens is None else changed(camera.lens, focus=distance)
+    return replace(given, camera=changed(camera, lens=lens))

@@ -14,10 +14,11 @@ from dic import lay_tiles
 from models.design.expected_errors import shape_over
 from rig import cli
 from rig.commands.design import _place
+from rig.design.changes import changes
 from rig.design.limits import refusal
 from rig.design.outlook import design, search_for
 from rig.design.prediction import linear_to, predict, remaining_gain
-from rig.design.setup import changes, setup_of
+from rig.design.setup import setup_of
 from rig.design.unknowns import GROUPS
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
