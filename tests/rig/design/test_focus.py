@@ -50,9 +50,7 @@ def test_what_is_out_of_focus_is_refused_with_a_remedy(small):
 
     assert not refusal(lens())
     why = refusal(lens(focus=250, f_number=1.4))
-    assert why.startswith(
-        "camera.lens.focus is 250 mm and the plate is 499.2 mm from the lens"
-    )
+    assert why.startswith("camera.lens.focus is 250 mm and the plate is 499.2 mm from the lens")
     remedy = float(why.rpartition("f_number to ")[2].removesuffix(" or more"))
     sharp = float(why.partition("set camera.lens.focus to ")[2].partition(" mm")[0])
     assert not refusal(lens(focus=250, f_number=remedy))
