@@ -8,7 +8,8 @@ import pytest
 
 from rig.live.gestures import Gestures
 from rig.live.loop import Loop
-from rig.studies.gestures.hands import judged
+from rig.studies.gestures.hands import drawn, reported
+from rig.studies.gestures.script import Score
 
 RATE = 30.0
 
@@ -98,10 +99,11 @@ def test_a_place_that_is_hardly_known_makes_nothing(touch):
 
 
 def test_ten_fingers_of_a_minute_are_read_right():
-    total, right, invented = judged(60.0, 77)
-    assert total.total() > 150
-    assert right.total() >= 0.98 * total.total()
-    assert invented == 0
+    made, score = drawn(60.0, 77), Score()
+    score.add(made, reported(made, 60.0, 77))
+    assert score.made.total() > 150
+    assert score.right.total() >= 0.98 * score.made.total()
+    assert score.invented == 0
 
 
 class Paced:
