@@ -18,7 +18,12 @@ from rig.system.frame import Frame
 from rig.system.newcomers import Newcomers
 
 FINGERS = 10
-CAMERA = (1280, 1024)  # px
+CHANGES = {
+    "plate.size": PLATE,
+    "plate.thickness": 1.5,  # mm: so soft that 0.5 N is placed to less than `gestures.COARSE`
+    "camera.pixels": (1280, 1024),
+    "camera.rate": RATE,
+}
 REST = 4.0  # s after the script in which the last gestures are reported
 
 
@@ -85,8 +90,8 @@ def follow_hands(made: list[Made], seconds: float) -> Followed:
 
 
 def _scene() -> Scene:
-    """Load the twin with the plate of the script, for ten fingers; no scene of a file has so many."""
-    scene = rig.load("twin", {"plate.size": PLATE, "camera.pixels": CAMERA, "camera.rate": RATE})
+    """Load the twin with the plate of the script, for ten fingers: a file may ask for four."""
+    scene = rig.load("twin", CHANGES)
     touches = scene.touches and scene.touches.model_copy(update={"max_touches": FINGERS})
     return scene.model_copy(update={"touches": touches, "comparison": None})
 
