@@ -20,6 +20,7 @@ from rig.system.frame import Frame
 
 BACKENDS = {"win32": cv2.CAP_DSHOW, "darwin": cv2.CAP_AVFOUNDATION}
 """What of OpenCV reads cameras, by `sys.platform`; of others it chooses."""
+LONGEST = 3  # digits of a number
 PAUSE = 0.002  # s before a camera that gave nothing is asked again
 
 
@@ -60,9 +61,9 @@ def open_numbered(
     Raises
     ------
     OSError
-        If that is no number, or there is no such camera or it does not have such images.
+        If that is no such number, or there is no such camera or it does not have such images.
     """
-    if not device.isdecimal():
+    if not device.isdecimal() or len(device) > LONGEST:
         raise OSError(
             f"no camera at {device}, because this system numbers its cameras; name it by its"
             ' number, such as source.device = "0"'

@@ -109,6 +109,7 @@ def test_a_camera_that_gives_nothing_gives_none(capture):
     ("device", "sentence"),
     [
         ("94", "camera 94 does not open; plug it in"),
+        ("99999999999", "no camera at 99999999999, because this system numbers its cameras"),
         ("/dev/video0", "no camera at /dev/video0, because this system numbers its cameras"),
     ],
 )
