@@ -59,6 +59,11 @@ def run(
     """
     import rig
 
+    if touches:
+        from rig.recording.paths import require_absent
+        from rig.recording.touches_csv import TABLE
+
+        require_absent(touches, TABLE)
     loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))
     given = known(scene, loaded), frames, headless, record, as_json, touches
     live(loaded, *given, weight)

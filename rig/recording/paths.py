@@ -51,8 +51,19 @@ def require_new(path: Path) -> Path:
     """
     if path.suffix != SUFFIX:
         raise ValueError(f"recording must be a file *{SUFFIX}, got '{path}'; name it so")
-    if path.exists():
-        raise OSError(f"recording '{path}' is there already; choose another name")
+    require_absent(path, "recording")
     if not path.parent.is_dir():
         raise OSError(f"folder '{path.parent}' of the recording does not exist; make it first")
     return path
+
+
+def require_absent(path: Path, what: str) -> None:
+    """Refuse to write over a file, which is called `what`.
+
+    Raises
+    ------
+    OSError
+        If there is such a file already.
+    """
+    if path.exists():
+        raise OSError(f"{what} '{path}' is there already; choose another name")

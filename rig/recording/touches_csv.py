@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rig.recording.fit import COLUMNS as FIT, fit_cells
+from rig.recording.paths import require_absent
 
 if TYPE_CHECKING:
     from models import Tap
@@ -38,6 +39,7 @@ COLUMNS = (
     "force_low_n",
     "force_high_n",
 )
+TABLE = "table of touches"
 _UPPER = np.triu_indices(3)
 
 
@@ -76,8 +78,9 @@ def open_touches(path: Path) -> Generator[TouchesCsv]:
     Raises
     ------
     OSError
-        If it cannot be written.
+        If there is such a file already, or it cannot be written.
     """
+    require_absent(path, TABLE)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         yield TouchesCsv(csv.writer(file))

@@ -47,9 +47,6 @@ class TouchesTable:
             self._end()
             return
         path = self._folder / f"touches-{datetime.now():%Y%m%d-%H%M%S}.csv"
-        if path.exists():
-            self._say(f"touches are not written to '{path}': it is there already; ask again")
-            return
         try:
             self._write = self._file.enter_context(open_touches(path))
         except OSError as error:

@@ -167,6 +167,13 @@ def test_a_scene_that_cannot_run_is_one_sentence(in_process, tmp_path, scene, se
     assert done.stderr.count("\n") == 1
 
 
+def test_a_table_that_is_there_is_refused_before_anything_starts(in_process, tmp_path):
+    (tmp_path / "touches.csv").write_text("what was measured")
+    done = in_process(tmp_path, "run", "twin", "--touches", "touches.csv")
+    assert_one_sentence(done, "table of touches 'touches.csv' is there already; choose another")
+    assert (tmp_path / "touches.csv").read_text() == "what was measured"
+
+
 def test_a_port_in_use_is_refused_before_anything_starts(touchplate):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

@@ -106,3 +106,14 @@ def test_a_row_says_what_to_believe(rows):
     assert {float(row["chi2_per_dof"]) for row in rows} == {1.5}
     assert rows[2]["sentence"] == "no touch, but a hand"
     assert rows[2]["x_mm"] == ""
+
+
+def test_a_table_that_is_there_is_not_written_over(tmp_path):
+    path = tmp_path / "touches.csv"
+    path.write_text("what was measured")
+    with (
+        pytest.raises(OSError, match="touches.csv' is there already"),
+        open_touches(path),
+    ):
+        pass
+    assert path.read_text() == "what was measured"
