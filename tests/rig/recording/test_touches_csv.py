@@ -112,7 +112,7 @@ def test_a_table_that_is_there_is_not_written_over(tmp_path):
     path = tmp_path / "touches.csv"
     path.write_text("what was measured")
     with (
-        pytest.raises(OSError, match="touches.csv' is there already"),
+        pytest.raises(OSError, match="is there already; choose another name"),
         open_touches(path),
     ):
         pass
