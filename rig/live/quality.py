@@ -52,11 +52,11 @@ def _noise(noise: float, at_rest: float) -> Sign:
 
 
 def _pattern(chain: Chain) -> Sign:
-    """Error that a pattern too fine for the pixels leaves in a tile, beside that of noise."""
+    """Error that too fine a pattern leaves in a tile; it warns where noise leaves less."""
     noise = chain.noise / float(np.sqrt(np.median(chain.reference.hessian[:, (0, 2)])))
     aliasing = chain.reference.aliasing
     too_fine = aliasing > noise
-    text = f"{aliasing:.3f} px aliased, {noise:.3f} noise"
+    text = f"{aliasing:.3f} px aliased"
     return Sign("pattern", f"{text}: defocus" if too_fine else text, too_fine)
 
 

@@ -25,6 +25,7 @@ from rig.system.arrays import F64, AnyArray
 
 RECORDING = "recording"  # what the page calls the choice among recordings
 UNKNOWN = (math.inf, math.inf, 0.0)  # σ of touches from strain is not recorded
+NOT_KNOWN = (math.nan,) * 3  # σ of strain is not either
 WISHES = "play", "seek", "set"
 PACE = 1.0 / 30.0  # s between looks at what is asked for
 AGAIN = 0.25  # s after which a frame that stands still is given again: the page waits for one
@@ -153,7 +154,7 @@ class RecordedFrames:
             return None
         centres = tiles.xy.reshape(*tiles.shape, 2)
         exx, eyy, exy = np.moveaxis(np.asarray(strain, dtype=np.float32), -1, 0)
-        return StrainOverlay(centres[0, :, 0], centres[:, 0, 1], exx, eyy, exy, (0.0, 0.0, 0.0))
+        return StrainOverlay(centres[0, :, 0], centres[:, 0, 1], exx, eyy, exy, NOT_KNOWN)
 
 
 def _places(row: dict[str, AnyArray]) -> tuple[Mark, ...] | None:

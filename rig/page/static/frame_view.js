@@ -103,7 +103,8 @@ export class FrameView {
     for (const mark of frame.truth ?? []) this.drawTruth(frame, mark);
     for (const mark of frame.from_strain ?? []) this.drawStrainMark(frame, mark);
     for (const mark of frame.touches) this.drawTouch(frame, mark);
-    for (const gesture of frame.gestures ?? []) this.drawGesture(frame, gesture);
+    const last = new Map(frame.gestures?.map((gesture) => [gesture.identities.join(), gesture]));  // of each finger
+    for (const gesture of last.values()) this.drawGesture(frame, gesture);
     if (choice.pin) this.drawPin(frame, choice.pin);
   }
 

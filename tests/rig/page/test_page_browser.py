@@ -528,10 +528,11 @@ def test_the_chart_shows_the_strain_at_the_point_that_is_pinned(page, snapshot):
 def test_a_gesture_is_written_where_it_happened(page, snapshot):
     quiet = {"touches": (), "truth": None, "from_strain": (), "with_strain": False}
     quiet["image"] = np.full((520, 640), 60, np.uint8)
+    hold = Gesture("hold", 99.5, 127.0, 100.0, 0.6, 0.0, (1,))
     gesture = Gesture("hard press", 100.0, 127.0, 100.0, 3.0, 0.0, (1,))
     with serve(0) as publisher:
         images = []
-        for gestures in ((), (gesture,)):
+        for gestures in ((), (gesture,), (hold, gesture)):
             with feed(publisher, still(snapshot, gestures=gestures, **quiet)):
                 open_live(page, publisher)
                 page.wait_for_timeout(400)
@@ -542,6 +543,7 @@ def test_a_gesture_is_written_where_it_happened(page, snapshot):
     assert (columns.min() + columns.max()) / 2 == pytest.approx((x / w + 0.5) * scale, abs=4)
     assert 0 < rows.mean() - (y / w + 0.5) * scale < 40
     assert np.ptp(columns) > 40
+    np.testing.assert_array_equal(images[2], images[1])  # not one over the other
 
 
 def test_recordings_are_listed_and_one_is_opened_on_a_page_of_its_own(page, snapshot):

@@ -84,6 +84,7 @@ def test_frames_are_shown_with_what_was_found_then(recorded):
         np.testing.assert_array_equal(one.strain.xs, shot.strain.xs)
         np.testing.assert_array_equal(one.strain.ys, shot.strain.ys)
     assert {len(one.touches) for one in shown} == {0, 1}
+    assert all(np.isnan(one.strain.sigma).all() for one in shown)
     assert all(mark.sigma[0] == np.inf for one in shown for mark in one.from_strain)
     assert [one.dropped for one in shown] == [*[0] * 4, *[26] * 6]
     assert [one.captured for one in shown] == [float(n) for n in range(len(shots))]
