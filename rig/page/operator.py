@@ -6,6 +6,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, get_args
 
+from rig.live.notice import Notice
 from rig.live.snapshot import Snapshot
 from rig.page.controls import UNITS, Measured, PageControls, PageSetting, Recording
 from rig.projector.modes import Mode
@@ -75,7 +76,7 @@ class Operator:
             }
         publisher.takes = tuple(self._wishes)
         self._renew = tare
-        self._await_weight, self._refused = weigh, ""
+        self._await_weight, self._refused = weigh, Notice()
         self._files = files
 
     def __call__(self, snapshot: Snapshot) -> None:
@@ -98,22 +99,23 @@ class Operator:
 
     def _weigh(self, wish: dict[str, Any]) -> None:
         """Await a known weight; what is none is refused in a note."""
-        force, self._refused = wish.get("force"), ""
+        force = wish.get("force")
+        self._refused.say("")
         try:
             if not isinstance(force, int | float) or isinstance(force, bool):
                 raise ValueError(f"known weight must be a number in N, got {force!r}")
             self._await_weight(float(force))
         except ValueError as error:
-            self._refused = str(error)
+            self._refused.say(str(error))
 
     def _play(self, wish: dict[str, Any]) -> None:
         """Play a recording; one that is not listed is refused in a note."""
-        self._refused = ""
+        self._refused.say("")
         try:
             if self._files:
                 self._files.playback.play(str(wish.get("name")))
         except (OSError, ValueError) as error:
-            self._refused = str(error)
+            self._refused.say(str(error))
 
     def _keep(self, wish: dict[str, Any]) -> None:
         """Keep the snapshot that is shown."""
@@ -140,8 +142,8 @@ class Operator:
             notes.append(self._show.trouble)
         if self._meter and self._meter.sentence:
             notes.append(self._meter.sentence)
-        if self._refused:
-            notes.append(self._refused)
+        if refused := self._refused.at(snapshot.captured):
+            notes.append(refused)
         if self._switch.refusal:
             notes.append(self._switch.refusal)
         settings = ()

@@ -12,6 +12,7 @@ import pytest
 
 import models
 from rig.calibration.store import Calibration, LatencyEntry
+from rig.live.notice import SHOWN
 from rig.live.snapshot import Alarm, Mark
 from rig.page.files import open_files
 from rig.page.operator import Operator
@@ -174,6 +175,10 @@ def test_a_known_weight_is_awaited_and_what_is_none_is_refused_in_a_note(bench):
         assert len(shown) == len(notes)
         assert all(part in note for part, note in zip(notes, shown, strict=True))
     assert awaited == [2.0, 3.5]
+    publisher.ask({"do": "weigh", "force": "x"})
+    for captured, count in ((200.0, 1), (200.0 + SHOWN, 0)):
+        operator(draw_snapshot(1, captured=captured))
+        assert len(page_controls(publisher).notes) == count
 
 
 def estimated(sequence, force):
