@@ -224,16 +224,16 @@ def _reach(found: Found) -> list[Any]:
     for step in found.alone or found.together:
         before, after = (f"{value:.4g} {step.unit}" for value in (step.before, step.after))
         table.add_row(step.what, before, after, f"{step.place:.3g} mm")
-    table.caption = "the cheapest first: print, wait, cut, move, buy"
+    table.caption = "the cheapest first: turn, print, wait, cut, move, buy"
     missed = f"{wanted} is not reached by all of it; a larger force is, or a smaller plate"
     return [table] if found.reached else [table, missed]
 
 
 def _focus(blur: Blur) -> str:
-    near, far = blur.circles
-    return (
-        f"out of focus, a point is {near:.2g} px wide at the near end and {far:.2g} at the far end"
-    )
+    near, far = (f"{circle:.2g}" for circle in blur.circles)
+    if near == far:
+        return f"out of focus, a point is {near} px wide"
+    return f"out of focus, a point is {near} px wide at the near end and {far} at the far end"
 
 
 def _limit(made: Design) -> str:
