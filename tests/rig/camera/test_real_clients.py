@@ -36,6 +36,39 @@ def script(kind, body, size=SIZE, controls=""):
 
 
 @KINDS
+def test_two_cameras_on_one_pulse_are_paired_within_a_millisecond(emulation, kind):
+    emulation.say("second")
+    said = emulation.answer(
+        script(
+            kind,
+            f"""
+            import rig
+
+            scenes = [
+                rig.load(
+                    "twin",
+                    {{
+                        "source": {{"kind": "{kind}", "device": node}},
+                        "camera.pixels": {list(SIZE)},
+                        "camera.rate": {RATE},
+                    }},
+                )
+                for node in ("/dev/video0", "/dev/video1")
+            ]
+            pairs = [pair for pair, _ in zip(rig.frame_pairs(*scenes), range(20))]
+            starts = [[int(f.image[0, 0]) for f in (p.first, p.second)] for p in pairs]
+            say(apart=[p.apart for p in pairs], starts=starts)
+            """,
+        )
+    )
+    assert len(said["apart"]) == 20
+    assert max(map(abs, said["apart"])) < 1e-3
+    # Each camera numbers its frames from its own start on, so the same moments differ evenly.
+    assert len({(second - first) % 256 for first, second in said["starts"]}) == 1
+    assert len({first for first, _ in said["starts"]}) == 20
+
+
+@KINDS
 def test_pixels_are_those_that_the_camera_sent_and_none_is_late(emulation, kind):
     said = emulation.answer(
         script(

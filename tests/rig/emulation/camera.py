@@ -7,7 +7,8 @@ answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a 
 a JPEG file sends nothing else, and after "show:FOLDER" it sends the files *.raw there in turn.
 After "clock:SECONDS" its time stamps are so much ahead; after "watch:FILE" it sends what another
 program takes there, as soon as it is whole: the first byte says which of the two images that
-follow from byte 4096 on, and the doubles from byte 8 on when each of them was exposed.
+follow from byte 4096 on, and the doubles from byte 8 on when each of them was exposed. After
+"second" there is another camera at /dev/video1, which takes its frames at the same moments.
 """
 
 import errno
@@ -25,25 +26,12 @@ LOOK = 2  # ms from one look at a watched file to the next
 PATIENCE = 200  # ms that a client waits for a frame before it may ask again
 BUFFERS = 4
 ROOM = -(-2 * WIDTH * HEIGHT // 4096) * 4096
-NODE = "/dev/video0"
 VIDEO_CLASS = 0x0E
-SOCKET = HUB + "/1-4"
-INTERFACE = SOCKET + "/1-4:1.0"
-PLACE = INTERFACE + "/video4linux/video0"
+FIRST_SOCKET = 4  # of the hub
 FORMATS = ((b"GREY", b"8-bit Greyscale", 1), (b"YUYV", b"YUYV 4:2:2", 2))
 COMPRESSED = Path(sys.argv[4]).read_bytes() if len(sys.argv) > 4 else b""
 if COMPRESSED:
     FORMATS = ((b"MJPG", b"Motion-JPEG", 0),)
-TAPE = (
-    usb_tape(
-        SOCKET, "bus/usb/001/002", descriptors(0x1209, 2, VIDEO_CLASS, 1),
-        {"devpath": "4", "product": "Speckle Cam", "serial": "E7"},
-    )
-    + f"P: {INTERFACE}\nE: DEVTYPE=usb_interface\nE: DRIVER=uvcvideo\nE: SUBSYSTEM=usb\n\n"
-    + f"P: {PLACE}\nN: video0=00\nE: DEVNAME={NODE}\nE: MAJOR=81\nE: MINOR=0\n"
-    "E: SUBSYSTEM=video4linux\nE: ID_V4L_CAPABILITIES=:capture:\nA: name=Speckle Cam\\n\n"
-    "A: index=0\\n\nA: dev=81:0\\n\n\n"
-)  # fmt: skip
 INTEGER, SWITCH, MENU = 1, 2, 3
 EXPOSURE_BY, EXPOSURE = 0x009A0901, 0x009A0902
 WHITE_BY, WHITE = 0x0098090C, 0x0098091A
@@ -66,6 +54,27 @@ def controls():
     }
 
 
+def places(number):
+    """Where a camera stands in /sys: its socket, its interface, and its node."""
+    socket = f"{HUB}/1-{FIRST_SOCKET + number}"
+    interface = f"{socket}/1-{FIRST_SOCKET + number}:1.0"
+    return socket, interface, f"{interface}/video4linux/video{number}"
+
+
+def tape(number):
+    """Describe a camera to umockdev."""
+    socket, interface, place = places(number)
+    known = {"devpath": FIRST_SOCKET + number, "product": "Speckle Cam", "serial": f"E{7 + number}"}
+    node = f"bus/usb/001/{2 + number:03}"
+    return (
+        usb_tape(socket, node, descriptors(0x1209, 2, VIDEO_CLASS, 1), known)
+        + f"P: {interface}\nE: DEVTYPE=usb_interface\nE: DRIVER=uvcvideo\nE: SUBSYSTEM=usb\n\n"
+        + f"P: {place}\nN: video{number}=00\nE: DEVNAME=/dev/video{number}\nE: MAJOR=81\n"
+        f"E: MINOR={number}\nE: SUBSYSTEM=video4linux\nE: ID_V4L_CAPABILITIES=:capture:\n"
+        f"A: name=Speckle Cam\\n\nA: index=0\\n\nA: dev=81:{number}\\n\n\n"
+    )  # fmt: skip
+
+
 def text(characters, size):
     return characters.ljust(size, b"\0")
 
@@ -86,8 +95,9 @@ def image(number, bytes_a_pixel):
 class EmulatedCamera:
     """State of the camera and its answers, an errno each; None is answered later."""
 
-    def __init__(self, testbed):
-        self.testbed = testbed
+    def __init__(self, testbed, number):
+        self.testbed, self.device = testbed, number
+        self.node = f"/dev/video{number}"
         self.handler = handler("V", self.answer)
         self.gone = self.frozen = self.busy = self.torn = False
         self.skip = 0
@@ -107,9 +117,9 @@ class EmulatedCamera:
         }  # fmt: skip
 
     def plug(self):
-        self.testbed.add_from_string(TAPE)
-        self.testbed.attach_ioctl(NODE, self.handler)
-        self.memory = os.open(self.testbed.get_root_dir() + NODE, os.O_RDWR)
+        self.testbed.add_from_string(tape(self.device))
+        self.testbed.attach_ioctl(self.node, self.handler)
+        self.memory = os.open(self.testbed.get_root_dir() + self.node, os.O_RDWR)
         os.ftruncate(self.memory, ROOM * BUFFERS)
         self.controls = controls()
         self.format, self.number = FORMATS[0], 0
@@ -118,16 +128,15 @@ class EmulatedCamera:
 
     def unplug(self):
         self.gone = True
-        self.testbed.detach_ioctl(NODE)
-        for place in (PLACE, INTERFACE, SOCKET):
+        self.testbed.detach_ioctl(self.node)
+        for place in reversed(places(self.device)):
             self.testbed.uevent("/sys" + place, "remove")
             self.testbed.remove_device("/sys" + place)
 
-    def tick(self):
+    def tick(self, now):
         """Time for another frame, unless another program takes them."""
         if not self.watched:
-            self.send(time.monotonic())
-        return True
+            self.send(now)
 
     def look(self):
         """Send what a watched file has new."""
@@ -169,7 +178,8 @@ class EmulatedCamera:
 
     def capabilities(self, request):
         can = 0x04200001  # capture, streaming
-        names = text(b"uvcvideo", 16) + text(b"Speckle Cam", 32) + text(b"usb-0000:00:14.0-4", 32)
+        bus = b"usb-0000:00:14.0-%d" % (FIRST_SOCKET + self.device)
+        names = text(b"uvcvideo", 16) + text(b"Speckle Cam", 32) + text(bus, 32)
         request.put(0, names + struct.pack("<III", 0x060000, can | 0x80000000, can))
         return 0
 
@@ -383,9 +393,22 @@ class EmulatedCamera:
 
 def main():
     testbed = start()
-    camera = EmulatedCamera(testbed)
-    GLib.timeout_add(int(1000 / RATE), camera.tick)
-    run(testbed, camera.obey)
+    cameras = [EmulatedCamera(testbed, 0)]
+
+    def pulse():
+        now = time.monotonic()
+        for camera in cameras:
+            camera.tick(now)
+        return True
+
+    def obey(word):
+        if word != "second":
+            return cameras[0].obey(word)
+        cameras.append(EmulatedCamera(testbed, 1))
+        return "done"
+
+    GLib.timeout_add(int(1000 / RATE), pulse)
+    run(testbed, obey)
 
 
 main()
