@@ -120,6 +120,23 @@ def test_the_setup_is_worked_on_by_clicks_and_keys_left_and_resumed(page, tmp_pa
     assert hosts == {"127.0.0.1"}
 
 
+@pytest.mark.parametrize(("width", "lowest"), [(390, 44), (1280, 36)])
+def test_every_control_is_high_enough_for_a_finger(page, tmp_path, width, lowest):
+    page.set_viewport_size({"width": width, "height": 844})
+    page.goto(setting_up(tmp_path / "my.toml"))
+    expect(page.get_by_role("button", name="Next")).to_be_visible()
+    heights = page.evaluate(
+        """() => [...document.querySelectorAll("button, input, select")]
+            .filter((each) => each.offsetParent)
+            .map((each) => [each.name || each.textContent, each.offsetHeight])"""
+    )
+    assert {"Next", "thickness", "material"} <= {name for name, _ in heights}
+    assert [(name, high) for name, high in heights if high < lowest] == []
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.get_by_role("button", name="Leave").click()
+    expect(page.locator("#link")).to_have_text("disconnected")
+
+
 def test_where_others_have_accounts_only_the_link_opens_the_page(page, tmp_path, desk):
     path = tmp_path / "my.toml"
     desk.begin(path)
