@@ -29,7 +29,7 @@ RESERVE = 256 * 2**20  # bytes that are left free: a full disk would spoil the f
 
 
 def new_recorder(path: Path | None, scene: Scene, calibration: Calibration) -> SessionRecorder:
-    """Return a recorder of a scene; without a path the file is called by the time.
+    """Return a recorder of a scene; without a path the file is called by the time of day.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def new_recorder(path: Path | None, scene: Scene, calibration: Calibration) -> S
         "calibration": calibration.model_dump_json(exclude_none=True),
         "started": now.isoformat(timespec="seconds"),
     }
-    path = path or Path(f"session-{now:%Y%m%d-%H%M%S}.h5")
+    path = path or Path(f"session-{now.astimezone():%Y%m%d-%H%M%S}.h5")
     recorder = SessionRecorder(path, texts)
     free = shutil.disk_usage(path.parent).free
     if free < RESERVE:

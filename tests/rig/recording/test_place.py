@@ -1,11 +1,16 @@
 """Names of recordings: those that others give never lead out of the folder."""
 
+import time
+from datetime import datetime
 from pathlib import Path
 
 import pytest
 from hypothesis import given, strategies as st
 
+import rig
+from rig.calibration.store import Calibration
 from rig.recording.paths import named, require_new
+from rig.recording.recorder import new_recorder
 
 
 @pytest.mark.parametrize(
@@ -38,3 +43,22 @@ def test_a_recording_replaces_nothing(tmp_path):
     with pytest.raises(ValueError, match=r"must be a file \*\.h5"):
         require_new(tmp_path / "new.mat")
     assert require_new(tmp_path / "new.h5") == tmp_path / "new.h5"
+
+
+@pytest.fixture
+def far_east(monkeypatch):
+    """Let the machine stand nine hours east of Greenwich."""
+    monkeypatch.setenv("TZ", "JST-9")
+    time.tzset()
+    yield
+    monkeypatch.undo()
+    time.tzset()
+
+
+def test_a_recording_is_called_by_the_time_of_day_as_stills_and_tables_are(
+    far_east, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    before = f"session-{datetime.now():%Y%m%d-%H%M%S}.h5"
+    called = new_recorder(None, rig.load("twin"), Calibration()).summary()["path"]
+    assert before <= called <= f"session-{datetime.now():%Y%m%d-%H%M%S}.h5"
