@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from rig.projector.demos.trails import Trails
 from rig.projector.demos.weighing import Weighing
 from rig.projector.gray_code import pattern
 from rig.projector.markers import Screen, draw_marks
+
+MANY = 200  # marks: a pipe holds their message, so that no window that stands still holds the loop
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,29 @@ class Image:
 
 Content = tuple[Mark, ...] | Demo | Image | Stripe | Plain
 """Small but for an image, so that it passes to the window's process at once and is drawn there."""
+
+
+def marks_of(given: Sequence[object]) -> tuple[Mark, ...]:
+    """Take the marks of a program.
+
+    Raises
+    ------
+    ValueError
+        If something else is among them, or they are more than `MANY`.
+    """
+    marks = tuple(one for one in given if isinstance(one, Mark))
+    others = [type(one).__name__ for one in given if not isinstance(one, Mark)]
+    if others:
+        raise ValueError(
+            f"projector content holds a {others[0]}; give marks, such as frame.touches, or an image"
+            " as an array of uint8"
+        )
+    if len(marks) > MANY:
+        raise ValueError(
+            f"projector content is {len(marks)} marks, and {MANY} are shown at the most; draw an"
+            " image"
+        )
+    return marks
 
 
 def image_of(pixels: NDArray[np.uint8], size: tuple[int, int]) -> Image:

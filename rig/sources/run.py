@@ -161,9 +161,10 @@ class LiveRun:
         Raises
         ------
         ValueError
-            If the projector is not open, or the image has another size or kind.
+            If the projector is not open, the image has another size or kind, or what is among the
+            marks is none.
         """
-        from rig.projector.content import image_of
+        from rig.projector.content import image_of, marks_of
 
         show = self._parts.show
         if show is None:
@@ -172,7 +173,7 @@ class LiveRun:
                 " first frame"
             )
         image = isinstance(content, np.ndarray)
-        show.write(image_of(content, show.size) if image else tuple(content))
+        show.write(image_of(content, show.size) if image else marks_of(content))
 
     def tare(self) -> None:
         """Renew the reference from the next frames, while nothing touches.

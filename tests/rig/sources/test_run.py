@@ -264,6 +264,19 @@ def test_an_image_of_another_size_than_the_projector_is_refused(projector, opene
             run.show(np.zeros((30, 40)))
 
 
+def test_what_is_no_mark_is_refused_and_so_is_more_than_a_pipe_holds(projector, opened):
+    scene, _ = projector
+    opened([20, 21])
+    mark = rig.Mark(30.0, 40.0, 2.0)
+    with rig.run(scene) as run:
+        run.open_projector()
+        next(run)
+        with pytest.raises(ValueError, match="holds a tuple; give marks, such as"):
+            run.show([mark, (1.0, 2.0)])
+        with pytest.raises(ValueError, match="is 201 marks, and 200 are shown at the most"):
+            run.show([mark] * 201)
+
+
 def test_a_projector_is_opened_before_the_first_frame_or_refused(projector, scene, opened):
     opened([20, 21])
     with rig.run(projector[0]) as run:
