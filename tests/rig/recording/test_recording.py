@@ -145,7 +145,7 @@ def test_a_recording_of_the_release_before_has_empty_cells(session, tmp_path):
     with open_session(path) as recording:
         to_csv(recording, tmp_path, lambda done, total: None)
         shown = RecordedFrames(recording).snapshot(0, 1.0)
-    assert shown.status.endswith("frame 1 of 8: no touch")
+    assert shown.status.endswith("frame 1 of 8 in session.h5: no touch")
     with (tmp_path / "touches.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(shots)
