@@ -82,6 +82,7 @@ from .deformable.shape_touches import (
 from .deformable.surface import (
     Surface as Surface,
     SurfaceEstimate as SurfaceEstimate,
+    shape_verdict as shape_verdict,
 )
 from .design.bench_errors import (
     bench_after as bench_after,

@@ -20,8 +20,8 @@ class Verdict(Enum):
 
     STABLE = "the equilibrium is stable"
     NEAR_LIMIT = (
-        "the equilibrium is stable but near a limit: a small touch may snap the plate to another "
-        "shape"
+        "the equilibrium is near a limit: whether the plate stays in it cannot be known, for a "
+        "small touch may snap it to another shape"
     )
     OTHER_BRANCH = (
         "the shape that was followed became unstable and the plate went over to another one or "

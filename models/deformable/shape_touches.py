@@ -14,7 +14,7 @@ from models.deformable.pressed_table import PressedTable, pressed_table
 from models.deformable.seen_shape import SeenShape
 from models.deformable.shape_fit import ShapeFit, Watched
 from models.deformable.shape_motions import MODEL_ERROR, beside_plate, shape_motions
-from models.deformable.surface import Surface, SurfaceEstimate
+from models.deformable.surface import SOFT, Surface, SurfaceEstimate
 from models.estimate import Estimate, Result
 from models.forward.tile_pattern import TilePattern, prepare_pattern
 from models.inverse.estimator import Estimator
@@ -29,8 +29,6 @@ _NEAR = np.array([0.03, 0.1])
 # Ratio of one order of the response to the one before, beyond which the next ones count: the
 # error is about its cube.
 _SERIES = 0.3
-# Least eigenvalue, in parts of that at rest, at which a small touch or step moves the plate far.
-_LIMIT = 0.1
 # χ² in parts of what noise and the errors of the model leave, beyond which other starts are tried,
 # and beyond which no touch is stated: 1.0 to 1.8 where one was right.
 _UNUSUAL, _STRANGE = 1.7, 4.0
@@ -179,7 +177,7 @@ class PreparedShape:
             return Surface.MOVED_ON
         if not self.explains(misfit):
             return Surface.NO_FIT
-        if self.state.stability.eigenvalue < _LIMIT:
+        if self.state.stability.eigenvalue < SOFT:
             return Surface.NEAR_LIMIT
         if len(touches):
             series = self.response.nonlinearity(touches[:, :2], touches[:, 2]).max()

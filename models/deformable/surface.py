@@ -36,6 +36,22 @@ class Surface(Enum):
     )
 
 
+SOFT = 0.1
+"""Eigenvalue, in parts of that at rest, below which a small touch or step moves a shape far."""
+
+
+def shape_verdict(stability: fe.Stability) -> fe.Verdict:
+    """Judge a shape whose base is known from an image: STABLE, NEAR_LIMIT or OVERSTRAINED.
+
+    An image does not know the base so well that it could tell on which side of a limit point the
+    plate is, so that a shape counts as near one sooner than in `fe.Verdict`. By which way a stable
+    shape was found says nothing of it.
+    """
+    if stability.verdict is fe.Verdict.OVERSTRAINED:
+        return fe.Verdict.OVERSTRAINED
+    return fe.Verdict.NEAR_LIMIT if stability.eigenvalue < SOFT else fe.Verdict.STABLE
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceEstimate:
     """A base and the touches on it.

@@ -116,10 +116,22 @@ class StrainOverlay:
 
 @dataclass(frozen=True)
 class StableShape:
-    """A shape that a bent plate can rest in: its name, energy in N mm, and whether it is shown."""
+    """A shape that a bent plate can rest in.
+
+    Attributes
+    ----------
+    name : str
+    energy : float, N mm
+    verdict : str
+        Name of what it is worth: "STABLE", "NEAR_LIMIT", where nobody can know whether the plate
+        stays in it, or "OVERSTRAINED"; see `fe.Verdict`.
+    shown : bool
+        Whether the image shows it.
+    """
 
     name: str
     energy: float
+    verdict: str
     shown: bool
 
 
@@ -135,6 +147,8 @@ class BaseReading:
         Their standard deviations by the noise of the frame, mm and degrees.
     eigenvalue : float
         Lowest eigenvalue of the stiffness in parts of that of the flat plate: 0 at a limit point.
+    verdict : str
+        Name of what the shape that is shown is worth, as that of a `StableShape`.
     outcome : str
         Name of what can be said of touches: "FOUND", "NO_TOUCH", or why they cannot be known.
     shapes : tuple of StableShape
@@ -148,6 +162,7 @@ class BaseReading:
     sigma_bend: float
     sigma_twist: float
     eigenvalue: float
+    verdict: str
     outcome: str
     shapes: tuple[StableShape, ...]
     all_sought: bool

@@ -15,7 +15,14 @@ from functools import partial
 import numpy as np
 
 import fe
-from models import Estimate, PreparedShape, Result, Surface, SurfaceEstimate
+from models import (
+    Estimate,
+    PreparedShape,
+    Result,
+    Surface,
+    SurfaceEstimate,
+    shape_verdict,
+)
 from rig.live.baseline import ReferenceFrame
 from rig.live.fitted import touches_of
 from rig.live.frame_estimate import NO_ESTIMATE
@@ -265,6 +272,8 @@ class SurfaceFollower:
         of = {track.identity: track for track in self._tracks.tracks}
         tracks = tuple(of[identity] for identity in identities)
         sentence = self._sentence(said, resting=resting)
+        if shape_verdict(ready.shape.state.stability) is fe.Verdict.OVERSTRAINED:
+            sentence += f"; {fe.Verdict.OVERSTRAINED.value}"
         reading = self._reading(ready, said, outcome)
         return SurfaceResult(estimate, tracks, events, sentence, outcome, reading, said)
 
@@ -289,6 +298,7 @@ class SurfaceFollower:
             sigma_bend=sigma_bend,
             sigma_twist=sigma_twist,
             eigenvalue=state.stability.eigenvalue,
+            verdict=shape_verdict(state.stability).name,
             outcome=outcome,
             shapes=listed.marked(state),
             all_sought=listed.all_sought,

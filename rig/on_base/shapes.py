@@ -61,12 +61,17 @@ class ListedShapes:
         largest = max(float(np.abs(state.values).max()), state.plate.thickness)
         nearest = int(np.argmin(off)) if off and min(off) < _SAME * largest else None
         listed = [
-            StableShape(each.name, each.energy, number == nearest)
-            for number, each in enumerate(self.shapes)
+            _stable_shape(each, shown=number == nearest) for number, each in enumerate(self.shapes)
         ]
         if nearest is None:
-            listed.append(StableShape(fe.shape_name(state), state.energy, shown=True))
+            other = fe.BaseShape(state, state.energy, fe.shape_name(state))
+            listed.append(_stable_shape(other, shown=True))
         return tuple(listed)
+
+
+def _stable_shape(shape: fe.BaseShape, *, shown: bool) -> StableShape:
+    verdict = models.shape_verdict(shape.state.stability)
+    return StableShape(shape.name, shape.energy, verdict.name, shown)
 
 
 def find_shape(

@@ -47,17 +47,28 @@ export function showSigns({ signs }) {
       make("dt", {}, name), make("dd", {}, warns ? `▲ ${says}` : says))));
 }
 
+// What a shape is worth that is more than just stable.
+const WORTH = {
+  STABLE: "",
+  NEAR_LIMIT: "whether it stays cannot be known: near a limit",
+  OVERSTRAINED: "strained beyond its limit",
+};
+
 // Bend and twist of a base, and the shapes that it leaves the plate to rest in.
 export function showBase({ base }) {
   document.getElementById("base").hidden = !base;
   if (!base) return;
   show("bend", `${text(base.bend, 3)} ± ${text(base.sigma_bend, 4)} mm`);
   show("twist", `${text(base.twist, 3)} ± ${text(base.sigma_twist, 4)}°`);
-  show("stability", `${text(base.eigenvalue, 2)} of the flat plate`);
+  show("stability", [`${text(base.eigenvalue, 2)} of the flat plate`, WORTH[base.verdict]].filter(Boolean).join(", "));
   show("sought", base.all_sought ? "stable shapes, ▸ shown" : "its half turns, others are sought");
-  document.getElementById("shapes").replaceChildren(...base.shapes.map(({ name, energy, shown }) =>
-    make("tr", { className: shown ? "whole" : "" }, make("td", {}, shown ? `▸ ${name}` : name),
-      make("td", {}, `${text(energy, 1)} N mm`))));
+  document.getElementById("shapes").replaceChildren(...base.shapes.map(shapeRow));
+}
+
+function shapeRow({ name, energy, verdict, shown }) {
+  const said = [shown ? `▸ ${name}` : name, WORTH[verdict]].filter(Boolean).join(", ");
+  return make("tr", { className: shown ? "whole" : "" }, make("td", {}, said),
+    make("td", {}, `${text(energy, 1)} N mm`));
 }
 
 export function showTouches(frame) {

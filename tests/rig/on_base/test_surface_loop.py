@@ -125,6 +125,7 @@ def test_bend_twist_shapes_and_energies_are_stated():
     assert base.twist == pytest.approx(BASE.twist, abs=0.05)
     assert 0 < base.sigma_bend < 0.01
     assert base.eigenvalue > 0.5
+    assert base.verdict == "STABLE"
     assert [shape.shown for shape in base.shapes].count(True) == 1
     shown = next(shape for shape in base.shapes if shape.shown)
     assert shown.name.startswith("up")
@@ -181,17 +182,29 @@ def test_what_no_base_explains_is_no_touch_and_the_plate_is_seen_again_after_it(
     assert outcomes(shots[:2] + shots[4:]) == ["RESTING"] * 4
 
 
-def test_near_a_limit_point_the_reason_is_named():
+def looked_at(**changes):
+    """Snapshots of a bent plate that is known, with another stability."""
     ready = story()[1].get_ready().ready
     shape = ready.shape
-    soft = replace(shape.state.stability, eigenvalue=0.05)
-    near = replace(shape, state=replace(shape.state, stability=soft))
+    stability = replace(shape.state.stability, **changes)
+    other = replace(shape, state=replace(shape.state, stability=stability))
     loop = loop_on([(light(MOVED, False), ())] * 2, background=never)
-    begin_with(loop, replace(ready, shape=near))
-    for shot in loop:
-        assert shot.base.outcome == "NEAR_LIMIT"
+    begin_with(loop, replace(ready, shape=other))
+    return list(loop)
+
+
+def test_near_a_limit_point_the_reason_is_named():
+    for shot in looked_at(eigenvalue=0.05):
+        assert shot.base.outcome == shot.base.verdict == "NEAR_LIMIT"
         assert "near a limit point" in shot.status
         assert not shot.touches
+        assert all(shape.verdict == "NEAR_LIMIT" for shape in shot.base.shapes)
+
+
+def test_a_base_beyond_what_the_material_bears_says_so():
+    for shot in looked_at(verdict=fe.Verdict.OVERSTRAINED):
+        assert shot.base.verdict == "OVERSTRAINED"
+        assert "strained beyond its limit" in shot.status
 
 
 def test_what_is_left_in_front_is_looked_for_anew_and_not_believed():

@@ -32,11 +32,16 @@ def test_the_header_has_each_kind_of_mark_by_its_name(shot):
 
 
 def test_a_base_goes_out_with_its_shapes(shot):
-    shapes = StableShape("up", 12.5, shown=True), StableShape("down", 12.5, shown=False)
-    base = BaseReading(6.0, -8.0, 1e-4, float("nan"), 0.4, "FOUND", shapes, all_sought=True)
+    shapes = (
+        StableShape("up", 12.5, "STABLE", shown=True),
+        StableShape("down", 12.5, "NEAR_LIMIT", shown=False),
+    )
+    numbers = 6.0, -8.0, 1e-4, float("nan"), 0.4, "STABLE", "FOUND"
+    base = BaseReading(*numbers, shapes, all_sought=True)
     said = json.loads(Packet(replace(shot, base=base), None).header({}, controls=True))["base"]
     assert (said["bend"], said["twist"], said["sigma_twist"]) == (6.0, -8.0, None)
     assert [shape["shown"] for shape in said["shapes"]] == [True, False]
+    assert [shape["verdict"] for shape in said["shapes"]] == ["STABLE", "NEAR_LIMIT"]
     assert json.loads(Packet(shot, None).header({}, controls=True))["base"] is None
 
 

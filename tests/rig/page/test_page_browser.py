@@ -106,14 +106,19 @@ def still(snapshot, **changes):
 
 
 def test_a_bent_plate_has_a_card_of_its_base(page, snapshot):
-    shapes = StableShape("up", 12.5, shown=True), StableShape("down", 12.5, shown=False)
-    base = BaseReading(6.0, -8.0, 1e-3, 2e-3, 0.4, "FOUND", shapes, all_sought=True)
+    shapes = (
+        StableShape("up", 12.5, "STABLE", shown=True),
+        StableShape("down", 12.5, "NEAR_LIMIT", shown=False),
+    )
+    numbers = 6.0, -8.0, 1e-3, 2e-3, 0.4, "STABLE", "FOUND"
+    base = BaseReading(*numbers, shapes, all_sought=True)
     with serve(0, SCREEN) as publisher, feed(publisher, partial(snapshot, base=base)):
         open_live(page, publisher)
         expect(page.locator("#bend")).to_have_text("6.000 ± 0.0010 mm")
         expect(page.locator("#twist")).to_have_text("-8.000 ± 0.0020°")
         expect(page.locator("#shapes tr")).to_have_count(2)
         expect(page.locator("#shapes tr").first).to_have_text("▸ up12.5 N mm")
+        expect(page.locator("#shapes tr").last).to_contain_text("cannot be known: near a limit")
     assert page.complaints == []
 
 
