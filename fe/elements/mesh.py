@@ -210,7 +210,7 @@ def default_mesh(plate: Plate) -> Mesh:
     return even_grid(plate, _SIDE)
 
 
-def coarser(mesh: Mesh, fraction: float) -> Mesh:
+def coarser(mesh: Mesh, fraction: float = 0.5) -> Mesh:
     """Return the mesh with a fraction of the elements in each run, or six where that are fewer."""
     runs = [
         tuple(max(int((last - first) * fraction), _FEWEST) for first, last in line.runs)
