@@ -170,8 +170,10 @@ class FrameProcessor:
         return said
 
     def _caution(self, frame_estimate: FrameEstimate) -> str:
-        """Say what is wrong with the theory under these touches; empty where it holds."""
+        """Say what is wrong with material or theory under these touches; empty where both hold."""
         touches, forward = frame_estimate.state.touches, self.chain.estimator.forward
+        if overstrained := self._bench.theory.overstrained(float(touches[:, 2].sum())):
+            return overstrained
         if not len(touches) or isinstance(forward, BenchForward):
             return ""
         if isinstance(forward, LargeForward):

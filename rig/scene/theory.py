@@ -72,6 +72,20 @@ class Theory:
         off = as_percent(error)
         return f"{force:.2g} N is more than linear theory is good for; it is off by {off}"
 
+    def overstrained(self, force: float) -> str:
+        """Say that touches of so many newtons in all may strain the material beyond its limit.
+
+        Empty where it bears them. Strain beside touches grows with the force at most: as the plate
+        stretches, it gets stiffer. Under a touch itself it is not looked at.
+        """
+        demand = self.regime.demand * force / self.regime.force if self.regime else 0.0
+        if demand <= 1.0:
+            return ""
+        return (
+            f"{force:.3g} N may strain the material to {demand:.2g} times its limit, where the"
+            " plate yields or breaks; press less"
+        )
+
 
 def choose(scene: Scene, plate: PlateSection, force: float | None) -> Theory:
     """Choose the theory for forces up to `force` N, unless the scene insists on one.

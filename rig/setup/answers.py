@@ -29,7 +29,7 @@ class Material:
 
 
 MATERIALS = {
-    "PVC": Material(3000.0, 0.38, 0.02),
+    "PVC": Material(3000.0, 0.38, 0.017),
     "acrylic": Material(3200.0, 0.37, 0.02),
     "polycarbonate": Material(2350.0, 0.38, 0.025),
     "glass": Material(70_000.0, 0.22, 0.0005),

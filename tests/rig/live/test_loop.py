@@ -297,6 +297,15 @@ def test_a_touch_beyond_the_theory_says_so(start):
     assert "1.5 N is more than linear theory is good for; it is off by" in shot.status
 
 
+def test_a_touch_beyond_what_the_material_bears_says_so(start):
+    loop = start([*range(16), 700], {"plate.strain_limit": 1e-5})
+    source = loop._source
+    press = fe.Touch(127.0, 101.5, 1.5)
+    source.grab = lambda timeout, grab=source.grab: _pressed(source, grab(timeout), press)
+    (shot,) = run(loop, 1)
+    assert "N may strain the material to" in shot.status
+
+
 def _pressed(source, frame, touch):
     if frame.sequence < 700:
         return frame
