@@ -269,7 +269,7 @@ def deflect(
     touches : sequence of Touch
     mesh : Mesh, optional
         If left out one that is fine where the plate is touched or loaded, or `default_mesh(plate)`
-        of a square at many places. For many loads on one plate keep a `Linear`.
+        where a square is so at many places. For many loads on one plate keep a `Linear`.
     loads : sequence of Load, optional
         Pressure, line loads and moments beside the touches.
 

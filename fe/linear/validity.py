@@ -33,7 +33,8 @@ class LinearRange:
         Deflection over the thickness there.
     error : float
         Of linear theory, relative: the larger of its error in that deflection and in the strain of
-        the touched face, root of the sum of squares over the whole face.
+        the touched face, root of the sum of squares over the face, of a long plate to a width and
+        a half from the touch.
     shear : float
         What shear, which every theory here leaves out, adds to the deflection, in parts of it:
         an estimate.
