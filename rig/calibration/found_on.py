@@ -20,8 +20,19 @@ if TYPE_CHECKING:
 
 Positive = Annotated[float, Field(gt=0)]
 
-_UNITS = {"size": " mm", "thickness": " mm", "young": " MPa", "pixels": " px", "stand_off": " mm"}
-_PLATE = ("size", "thickness", "young", "poisson", "edges", "patches")
+_UNITS = {
+    "size": " mm",
+    "thickness": " mm",
+    "young": " MPa",
+    "tension": " N/mm",
+    "sag": " mm",
+    "pixels": " px",
+    "stand_off": " mm",
+}
+_PLATE = (
+    *("size", "thickness", "young", "poisson", "edges", "patches"),
+    *("tension", "sag", "warp"),
+)
 _CAMERA = ("kind", "pixels", "side", "stand_off", "margin")
 
 
@@ -36,6 +47,11 @@ class FoundOn(Section):
     poisson: float = Field(description="its ratio")
     edges: str = Field(description="how it is held, as JSON")
     patches: str = Field(description="its patches, as JSON")
+    tension: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="as described, along x, along y and in shear, N/mm"
+    )
+    sag: float = Field(0.0, description="as described, mm")
+    warp: str = Field("[]", description="the rest of its shape, as JSON")
     kind: Literal["pinhole", "telecentric"] = Field(description="projection of the camera")
     pixels: tuple[Count, Count] = Field(description="width and height of the image, px")
     side: Literal["above", "below"] = Field(description="of the plate that the camera looks at")
@@ -79,6 +95,9 @@ def found_on(scene: Scene, calibration: Calibration) -> FoundOn | None:
         poisson=plate.poisson,
         edges=plate.edges.model_dump_json(exclude_defaults=True),
         patches=json.dumps([patch.model_dump(exclude_defaults=True) for patch in plate.patches]),
+        tension=plate.tension_at_rest,
+        sag=plate.sag,
+        warp=json.dumps(plate.warp),
         kind=camera.kind,
         pixels=camera.pixels,
         side=camera.side,
@@ -93,8 +112,9 @@ def _other(key: str, before: str, after: str) -> str:
     return f"was found with {key} = {before}, and the scene has {after}"
 
 
-def _text(name: str, value: str | float | tuple[float, float]) -> str:
+def _text(name: str, value: str | float | tuple[float, ...]) -> str:
     if isinstance(value, str):
         return value
     numbers = value if isinstance(value, tuple) else (value,)
-    return " × ".join(f"{number:g}" for number in numbers) + _UNITS.get(name, "")
+    between = " × " if name in ("size", "pixels") else ", "
+    return between.join(f"{number:g}" for number in numbers) + _UNITS.get(name, "")

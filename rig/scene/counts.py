@@ -6,7 +6,8 @@ from math import comb, isinf
 
 from rig.scene.bench import LatticeSection, RingSection
 from rig.scene.dataset import DatasetSection
-from rig.scene.plate import SIDES, Edges, ElasticSection, Mixed, PlateSection
+from rig.scene.edges import SIDES, Edges, ElasticSection, Mixed
+from rig.scene.plate import PlateSection
 from rig.scene.scene import Scene
 from rig.scene.sensing import DicSection, TrainingSection
 

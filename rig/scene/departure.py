@@ -43,11 +43,13 @@ class DepartureSection(Section):
     young: Little = Field(0.0, description="Young's modulus, fraction above the scene's")
     thickness: Little = Field(0.0, description="thickness, fraction above the scene's")
     uneven: Little = Field(0.0, description="by which the half at x > a/2 is thicker, fraction")
-    sag: Length = Field(0.0, description="height of the middle at rest, towards the finger, mm")
-    tension: tuple[LineForce, LineForce] = Field(
-        (0.0, 0.0), description="tension of the plate at rest along x and y, N/mm"
+    sag: Length = Field(
+        0.0, description="height of the middle over the scene's, out of the touched face, mm"
     )
-    warmer: Kelvin = Field(0.0, description="by which the plate is warmer than its frame, K")
+    tension: tuple[LineForce, LineForce] = Field(
+        (0.0, 0.0), description="tension at rest along x and y beyond the scene's, N/mm"
+    )
+    warmer: Kelvin = Field(0.0, description="by which the plate is warmer yet than its frame, K")
     expansion: Ratio = Field(
         7e-5, ge=0, lt=1e-2, description="thermal strain of plate less frame, 1/K [PVC]"
     )

@@ -21,10 +21,11 @@ from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
 from rig.scene.departure import DepartureSection
 from rig.scene.dynamics import DynamicsSection
+from rig.scene.edges import SIDES, Mixed
 from rig.scene.field_net import FieldNetSection
 from rig.scene.image_net import ImageNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
-from rig.scene.plate import SIDES, BaseSection, Mixed, PlateSection, TouchesSection
+from rig.scene.plate import BaseSection, PlateSection, TouchesSection
 from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import (
@@ -168,8 +169,16 @@ def _plate(plate: PlateSection) -> str:
     patches = f", {len(plate.patches)} {noun}" if plate.patches else ""
     return (
         f"{a:g} × {b:g} × {plate.thickness:g} mm, E {plate.young:g} MPa, ν {plate.poisson:g},"
-        f" {held}{patches}"
+        f" {held}{patches}{_at_rest(plate)}"
     )
+
+
+def _at_rest(plate: PlateSection) -> str:
+    """Say what tension and shape a plate has before any touch; empty where none."""
+    tension = ", ".join(f"{each:.3g}" for each in plate.tension_at_rest)
+    under = f", tension {tension} N/mm" if any(plate.tension_at_rest) else ""
+    bowed = f", sag {plate.sag:g} mm" if plate.sag else ""
+    return f"{under}{bowed}{', warped' if plate.warp else ''}"
 
 
 def _dataset(name: str, section: DatasetSection, scene: Scene) -> Part:

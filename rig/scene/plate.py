@@ -1,137 +1,21 @@
-"""Sections for the plate: its edges, its patches and the touches that are expected on it."""
+"""Sections for the plate: its patches, its base and the touches that are expected on it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.quantity import (
-    Angle,
-    AngularStiffness,
-    Count,
-    Force,
-    Length,
-    LineStiffness,
-    Ratio,
-    Stress,
-)
+from rig.scene.edges import Edges, give_in_plane
+from rig.scene.quantity import Angle, Count, Force, Kelvin, Length, LineForce, Ratio, Stress
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
     import fe
 
 Positive = Field(gt=0)
-SIDES = ("west", "east", "south", "north")
 Span = tuple[Length, Length]
-
-
-class UniformSection(Section):
-    """A support that is the same along the whole of what it holds."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _no_sides(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return cast("object", data)
-        table = cast("dict[str, Any]", data)
-        side = next((side for side in SIDES if side in table), None)
-        if side and "kind" in table:
-            raise PydanticCustomError(
-                "scene",
-                "edges of kind '{kind}' are alike, so '{side}' contradicts them; set the kind to"
-                " 'mixed' and give west, east, south and north a kind each",
-                {"kind": table["kind"], "side": side},
-            )
-        return table
-
-
-class ClampedSection(UniformSection):
-    """Held in place and in rotation."""
-
-    kind: Literal["clamped"] = Field(description="support")
-
-    def build(self) -> fe.Clamped:
-        """Return the support that `fe` knows."""
-        import fe
-
-        return fe.Clamped()
-
-
-class SupportedSection(UniformSection):
-    """Held in place, free to turn."""
-
-    kind: Literal["supported"] = Field(description="support")
-
-    def build(self) -> fe.Supported:
-        """Return the support that `fe` knows."""
-        import fe
-
-        return fe.Supported()
-
-
-class FreeSection(UniformSection):
-    """Not held."""
-
-    kind: Literal["free"] = Field(description="support")
-
-    def build(self) -> fe.Free:
-        """Return the support that `fe` knows."""
-        import fe
-
-        return fe.Free()
-
-
-class ElasticSection(UniformSection):
-    """Held by springs along the edge, 0 for none and inf for a rigid one."""
-
-    kind: Literal["elastic"] = Field(description="support")
-    deflection: LineStiffness = Field(
-        ge=0, allow_inf_nan=True, description="force along z per length and deflection, N/mm²"
-    )
-    rotation: AngularStiffness = Field(
-        ge=0, allow_inf_nan=True, description="moment per length and rad across the edge, N"
-    )
-    membrane: LineStiffness = Field(
-        0.0,
-        ge=0,
-        allow_inf_nan=True,
-        description="force in the plane per length and displacement, N/mm²",
-    )
-
-    def build(self) -> fe.Elastic:
-        """Return the support that `fe` knows."""
-        import fe
-
-        return fe.Elastic(self.deflection, self.rotation, self.membrane)
-
-
-Edge = Annotated[
-    ClampedSection | SupportedSection | FreeSection | ElasticSection, Field(discriminator="kind")
-]
-
-
-class Mixed(Section):
-    """Each edge held in its own way."""
-
-    kind: Literal["mixed"] = Field(description="support")
-    west: Edge = Field(description="edge at x = 0")
-    east: Edge = Field(description="edge at x = a")
-    south: Edge = Field(description="edge at y = 0")
-    north: Edge = Field(description="edge at y = b")
-
-    def build(self) -> fe.Edges:
-        """Return the supports that `fe` knows."""
-        import fe
-
-        return fe.Edges(*(getattr(self, side).build() for side in SIDES))
-
-
-Edges = Annotated[
-    ClampedSection | SupportedSection | FreeSection | ElasticSection | Mixed,
-    Field(discriminator="kind"),
-]
 
 
 class PatchSection(Section):
@@ -169,9 +53,63 @@ class PlateSection(Section):
     patches: tuple[PatchSection, ...] = Field(
         (), description="rectangles of another thickness or stiffness; later ones cover earlier"
     )
+    tension: tuple[LineForce, LineForce, LineForce] = Field(
+        (0.0, 0.0, 0.0),
+        description="tension at rest along x, along y and in shear, below 0 where the plate is"
+        " pressed together, N/mm",
+    )
+    warmer: Kelvin = Field(
+        0.0,
+        description="by which the plate is warmer than its rigid frame, which takes it off its"
+        " tension, K",
+    )
+    expansion: Ratio = Field(
+        7e-5, ge=0, lt=1e-2, description="thermal strain of plate less frame, 1/K [PVC]"
+    )
+    sag: Length = Field(
+        0.0, description="height of the middle at rest, out of the touched face, mm"
+    )
+    warp: tuple[tuple[Length, ...], ...] = Field(
+        (),
+        description="height at rest by products of Legendre polynomials, a row for each degree"
+        " along x from 0 and a column for each along y, mm",
+    )
     theory: Literal["linear", "large"] | None = Field(
         None, description="theory of deflection [the one that holds for the forces expected]"
     )
+
+    @field_validator("warp")
+    @classmethod
+    def _whole(cls, warp: tuple[tuple[float, ...], ...]) -> tuple[tuple[float, ...], ...]:
+        if len({len(row) for row in warp}) > 1:
+            raise PydanticCustomError("warp", "give rows of one length")
+        return warp
+
+    @model_validator(mode="after")
+    def _warm_in_a_frame(self) -> PlateSection:
+        """Refuse warmth where no rigid frame turns it into tension."""
+        if self.warmer and give_in_plane(self.edges):
+            raise PydanticCustomError(
+                "scene",
+                "plate.warmer is {warmer} K, and an edge gives in the plane, so that the tension"
+                " does not follow from it; give plate.tension",
+                {"warmer": f"{self.warmer:g}"},
+            )
+        return self
+
+    @property
+    def shape(self) -> fe.Shape | None:
+        """Shape at rest, as `fe` knows it; None of a flat plate."""
+        from fe import Shape
+
+        return Shape(self.sag, self.warp) if self.sag or self.warp else None
+
+    @property
+    def tension_at_rest(self) -> tuple[float, float, float]:
+        """Tension Nxx, Nyy, Nxy at rest with that of its warmth, N/mm."""
+        xx, yy, xy = self.tension
+        stretched = self.young * self.thickness * self.expansion * self.warmer / (1 - self.poisson)
+        return xx - stretched, yy - stretched, xy
 
     def build(self) -> fe.Plate:
         """Return the plate that `fe` knows.
@@ -179,7 +117,8 @@ class PlateSection(Section):
         Raises
         ------
         ValueError
-            When the edges do not hold the plate, or a patch is empty or leaves it.
+            When the edges do not hold the plate, a patch is empty or leaves it, or its shape is
+            not shallow.
         """
         import fe
 
@@ -190,6 +129,8 @@ class PlateSection(Section):
             poisson=self.poisson,
             edges=self.edges.build(),
             patches=tuple(patch.build(self) for patch in self.patches),
+            tension=self.tension_at_rest,
+            shape=self.shape,
             strain_limit=self.strain_limit,
         )
 

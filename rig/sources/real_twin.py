@@ -142,7 +142,7 @@ def true_plate(said: fe.Plate, departure: DepartureSection) -> fe.Plate:
     thickness = said.thickness * (1.0 + departure.thickness)
     young = said.young * (1.0 + departure.young)
     pushed = young * thickness * departure.expansion * departure.warmer / (1.0 - said.poisson)
-    xx, yy = (pull - pushed for pull in departure.tension)
+    more, (xx, yy, xy) = departure.tension, said.tension
     (a, b), patches = said.size, said.patches
     if departure.uneven:
         patches += (fe.Patch((a / 2, a), (0.0, b), thickness * (1.0 + departure.uneven), young),)
@@ -152,9 +152,16 @@ def true_plate(said: fe.Plate, departure: DepartureSection) -> fe.Plate:
         young=young,
         patches=patches,
         edges=_held(said, departure),
-        tension=(xx, yy, 0.0),
-        shape=fe.Shape(sag=departure.sag) if departure.sag else None,
+        tension=(xx + more[0] - pushed, yy + more[1] - pushed, xy),
+        shape=_bowed(said.shape, departure.sag),
     )
+
+
+def _bowed(said: fe.Shape | None, sag: float) -> fe.Shape | None:
+    """Shape of a plate whose middle lies higher by a sag, mm."""
+    if not sag:
+        return said
+    return replace(said, sag=said.sag + sag) if said else fe.Shape(sag=sag)
 
 
 def _held(said: fe.Plate, departure: DepartureSection) -> fe.Edges:

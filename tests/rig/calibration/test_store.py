@@ -102,6 +102,8 @@ def anew(calibration, name):
         ({"plate.size": [254, 190]}, r"plate.size = 254 × 254 mm, and the scene has 254 × 190 mm"),
         ({"plate.young": 70000}, "plate.young = 3000 MPa, and the scene has 70000 MPa"),
         ({"plate.edges.kind": "supported"}, "plate.edges = .*clamped.*, and .* has .*supported"),
+        ({"plate.tension": [0.1, 0, 0]}, "plate.tension = 0, 0, 0 N/mm, and .* has 0.1, 0, 0 N/mm"),
+        ({"plate.sag": "0.2 mm"}, "plate.sag = 0 mm, and the scene has 0.2 mm"),
         ({"camera.pixels": [640, 480]}, "camera.pixels = .* px, and the scene has 640 × 480 px"),
         ({"camera.kind": "telecentric"}, "camera.kind = pinhole, and the scene has telecentric"),
         ({"camera.stand_off": 333}, "camera.stand_off = .* mm, and the scene has 333 mm"),

@@ -99,6 +99,27 @@ def test_a_plate_that_cannot_be_is_refused_with_the_sentence_of_mechanics(overri
         plate.build()
 
 
+def test_tension_is_what_is_given_less_what_warmth_takes():
+    pull = {"plate.tension": ["300 N/m", 0.2, -0.05], "plate.warmer": "0.5 K"}
+    plate = rig.load("twin", pull | {"plate.expansion": 6e-5}).plate.build()
+    warmth = 3000.0 * 2.0 * 6e-5 * 0.5 / (1.0 - 0.38)  # N/mm: a rigid frame holds the strain back
+    assert plate.tension == pytest.approx((0.3 - warmth, 0.2 - warmth, -0.05))
+
+
+def test_a_plate_at_rest_is_as_high_as_its_scene_says():
+    tilted = {"plate.size": [254, 200], "plate.sag": "0.3 mm", "plate.warp": [[0, 0], ["50 µm", 0]]}
+    plate = rig.load("twin", tilted).plate.build()
+    places = [[127.0, 100.0], [254.0, 60.0], [0.0, 130.0]]
+    np.testing.assert_allclose(plate.rise(places), [0.3, 0.05, -0.05], atol=1e-12)
+    assert rig.load("twin").plate.build().shape is None
+
+
+def test_an_elastic_edge_gives_more_at_one_end():
+    springs = {"deflection": math.inf, "rotation": "2 kN", "taper": [0, 0.3, 0]}
+    plate = rig.load("twin", {"plate.edges": {"kind": "elastic"} | springs}).plate.build()
+    assert plate.sides.south == fe.Elastic(math.inf, 2000.0, taper=(0.0, 0.3, 0.0))
+
+
 def test_a_scene_with_springs_survives_json(tmp_path):
     path = tmp_path / "mixed.toml"
     path.write_text(MIXED, encoding="utf-8")

@@ -71,6 +71,13 @@ REFUSALS = [
         {"plate.patches": [{"x": [1, 2]}]},
         "plate.patches[0].y is missing; add it to [plate.patches[0]] (from and to along y, mm)",
     ),
+    (
+        {"plate.warmer": 2, "plate.edges": {"kind": "elastic", "deflection": 9, "rotation": 3}},
+        "plate.warmer is 2 K, and an edge gives in the plane, so that the tension does not follow"
+        " from it; give plate.tension",
+    ),
+    ({"plate.tension": [1, 2]}, "plate.tension is [1, 2]; give a list of 3 values"),
+    ({"plate.warp": [[0], [0, 1]]}, "plate.warp is [[0], [0, 1]]; give rows of one length"),
     ({"plate.theory": "small"}, "plate.theory is 'small'; give 'linear' or 'large'"),
     ({"touches.radius": -1}, "touches.radius is -1 mm; give at least 0 mm"),
     (

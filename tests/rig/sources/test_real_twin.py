@@ -47,6 +47,14 @@ def test_each_departure_has_its_size():
     assert found.sides.east == SAID.sides.east
 
 
+def test_tension_and_sag_are_added_to_those_of_the_scene():
+    said = replace(SAID, tension=(0.2, 0.3, 0.05), shape=fe.Shape(0.1, ((0.0, 0.02),)))
+    found = true_plate(said, DepartureSection(sag=-0.3, tension=(0.1, -0.1)))
+    assert found.tension == pytest.approx((0.3, 0.2, 0.05))
+    assert found.shape == fe.Shape(0.1 - 0.3, ((0.0, 0.02),))
+    assert true_plate(said, DepartureSection()).shape == said.shape
+
+
 def test_a_warm_plate_is_pushed_by_its_frame():
     found = true_plate(SAID, DepartureSection(warmer="0.5 K", expansion=6e-5))
     assert found.tension[0] == pytest.approx(-3000.0 * 6e-5 * 0.5 / 0.62)
