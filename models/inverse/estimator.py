@@ -6,7 +6,7 @@ frame.
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, InitVar, dataclass, field
+from dataclasses import KW_ONLY, InitVar, dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,7 @@ from models.forward.bench_forward import BenchForward
 from models.forward.gauges import gauge_forward
 from models.forward.linear import Forward, LinearForward
 from models.inverse.candidates import CandidateGrid, prepare_candidates
-from models.inverse.force_interval import with_force_intervals
+from models.inverse.force_interval import ForceProfile, asymmetric, with_force_intervals
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
 from models.inverse.marginal_search import Uncertain, find_on_bench
 from models.inverse.prior import FLAT, Prior
@@ -99,7 +99,7 @@ class Estimator:
         """Return an estimate with intervals of the forces that its covariance says too little of.
 
         That is of touches within 25 mm of an edge, and of forces known to less than a fifth. It
-        costs some ten readings of the forward model for each, and nothing where there is none.
+        costs some seven readings of the forward model for each, and nothing where there is none.
 
         Parameters
         ----------
@@ -109,11 +109,17 @@ class Estimator:
         left : Traces
             As for `fit_whitened`.
         """
+        wanted = asymmetric(estimate, self.forward.plate.size)
+        if not wanted.any():
+            return replace(estimate, force_intervals=(None,) * estimate.count)
         if self._uncertain is None:
-            return with_force_intervals(estimate, measured, self.candidates, self.prior)
-        there = self._uncertain.about(np.column_stack([estimate.xy, estimate.force]), left)
-        white = there.forward.whitened(measured)
-        return with_force_intervals(estimate, white, there.candidates, self.prior)
+            forward = self.forward
+        else:
+            touches = np.column_stack([estimate.xy, estimate.force])
+            forward = self._uncertain.forward_about(touches, left)
+            measured = forward.whitened(measured)
+        profile = ForceProfile(measured, forward, self.candidates.bounds, self.prior)
+        return with_force_intervals(estimate, wanted, profile)
 
     def _stand_on_bench(self) -> None:
         """Put the forward model on the bench that is most likely, where it is not there yet."""

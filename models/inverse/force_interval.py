@@ -2,20 +2,21 @@
 
 Near an edge a weak touch further in moves the plate as a strong one further out does, and the
 covariance at the solution does not say how far either may go. The profile likelihood does: χ² at a
-force, least in all else (Venzon & Moolgavkar 1988). Newton steps along its valley find the bounds.
+force, least in all else (Venzon & Moolgavkar 1988). By the logarithm of the force the root of what
+χ² rises by is nearly straight: a bound takes one reading of the forward model, seldom two.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import exp, inf, nan, sqrt
+from math import exp, inf, log, nan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
-from models.arrays import F64
+from models.arrays import F64, Mask
 from models.estimate import Estimate, ForceInterval
 from models.forward.linear import Forward
-from models.inverse.candidates import CandidateGrid
 from models.inverse.normal_equations import active_bounds, assemble
 from models.inverse.prior import Prior
 from models.inverse.solver import added_variance, widening
@@ -23,8 +24,8 @@ from models.inverse.solver import added_variance, widening
 NEAR_EDGE = 25.0  # mm from an edge up to which χ² is no parabola of the force
 UNSURE = 0.2  # standard deviation of a force in parts of it, from which on it is none anywhere
 LOW, HIGH = 0.02, 10.0  # times the force: where a bound counts as none
-STEPS = 15  # of Newton, at most; three are usual
-CLOSE = 0.02  # standard deviations of the force that a bound may be off
+STEPS = 8  # along the valley, at most; one or two are usual
+CLOSE = 0.15  # standard deviations over which the root is straight
 LONGEST = 0.7  # largest step of the logarithm of the force
 
 
@@ -46,10 +47,12 @@ class Valley:
     onto: F64
     along: F64
 
-    def step_to(self, chi2: float, side: float) -> float:
-        """Change of the force to where χ² has a value, on one side; else to the lowest."""
-        root = self.gradient**2 - 4.0 * self.curvature * (self.base - chi2)
-        return (side * sqrt(max(root, 0.0)) - self.gradient) / (2.0 * self.curvature)
+
+class Bound(NamedTuple):
+    """A force, N, at which χ² has a value, and how its logarithm goes by the root of that."""
+
+    force: float
+    rate: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,53 +89,59 @@ class ForceProfile:
         base = float(cost - slope @ onto)
         return Valley(base, -2.0 * float(slope @ along), float(fisher[force] @ along), onto, along)
 
-    def bound(self, touches: F64, index: int, chi2: float, side: float) -> tuple[float, F64]:
-        """Find the force at which χ² has a value, and the touches there; start from some."""
-        first = touches[index, 2]
-        for _ in range(STEPS):
-            valley = self.valley(touches, index)
-            if not valley.curvature > 0:
-                break
-            change = valley.step_to(chi2, side)
-            if abs(change) * sqrt(valley.curvature) < CLOSE:
-                return float(touches[index, 2] + change), touches
-            touches = self._stepped(touches, index, valley, change)
-            if touches[index, 2] < LOW * first:
-                return 0.0, touches
-            if touches[index, 2] > HIGH * first:
-                return inf, touches
-        return nan, touches
+    def bound(self, touches: F64, index: int, lowest: Valley, rise: float, side: float) -> Bound:
+        """Find the force on one side of some touches (n, 3) at which χ² is higher by `rise`.
 
-    def _stepped(self, touches: F64, index: int, valley: Valley, change: float) -> F64:
+        Parameters
+        ----------
+        touches : (n, 3) float64, mm, mm, N
+            Those of the lowest χ².
+        index : int
+            Of the touch whose force is bounded.
+        lowest : Valley
+            About them.
+        rise : float
+        side : {-1, 1}
+        """
+        first, root, valley = touches[index, 2], sqrt(rise), lowest
+        step = root * _first_rate(touches[index, 2], lowest, side)
+        for _ in range(STEPS):
+            touches = self._stepped(touches, index, valley, step)
+            if touches[index, 2] < LOW * first:
+                return Bound(0.0, nan)
+            if touches[index, 2] > HIGH * first:
+                return Bound(inf, nan)
+            valley = self.valley(touches, index)
+            risen = sqrt(max(valley.base - lowest.base, 0.0))
+            slope = float(valley.gradient * touches[index, 2])
+            if not (risen and slope * side > 0):
+                step = side * LONGEST
+                continue
+            rate = 2.0 * risen / slope
+            step = (root - risen) * rate
+            if abs(root - risen) < CLOSE:
+                return Bound(float(touches[index, 2]) * exp(step), rate)
+        return Bound(nan, nan)
+
+    def _stepped(self, touches: F64, index: int, valley: Valley, logarithm: float) -> F64:
         """Go along the valley; the force by its logarithm, as it goes with the place."""
-        force = touches[index, 2]
-        logarithm = min(max(change / force, -LONGEST), LONGEST)
+        force, logarithm = touches[index, 2], min(max(logarithm, -LONGEST), LONGEST)
         step = valley.onto + logarithm * force * valley.along
         after = np.clip(touches + step.reshape(-1, 3), *self.bounds)
         after[index, 2] = force * exp(logarithm)
         return after
 
 
-def with_force_intervals(
-    estimate: Estimate, measured: F64, candidates: CandidateGrid, prior: Prior
-) -> Estimate:
-    """Return an estimate with the interval of each force that its covariance says too little of.
+def _first_rate(force: float, lowest: Valley, side: float) -> float:
+    """How the logarithm of the force goes by the root of what χ² rises by, where it is least."""
+    return side / (sqrt(lowest.curvature) * force)
 
-    Parameters
-    ----------
-    estimate : Estimate
-    measured : (m,) float64
-        What it is of, in the units of the candidates.
-    candidates : CandidateGrid
-    prior : Prior
-    """
-    wanted = _asymmetric(estimate, candidates.forward.plate.size)
-    if not wanted.any():
-        return replace(estimate, force_intervals=(None,) * estimate.count)
+
+def with_force_intervals(estimate: Estimate, wanted: Mask, profile: ForceProfile) -> Estimate:
+    """Return an estimate with the interval of each force that is wanted, (n,) bool."""
     touches = np.column_stack([estimate.xy, estimate.force])
-    forward = candidates.forward
-    rise = widening(touches, added_variance(forward, touches, len(measured)))
-    profile = ForceProfile(measured, forward, candidates.bounds, prior)
+    added = added_variance(profile.forward, touches, len(profile.measured))
+    rise = widening(touches, added)
     intervals = tuple(
         _interval(profile, touches, index, rise) if wanted[index] else None
         for index in range(estimate.count)
@@ -140,20 +149,32 @@ def with_force_intervals(
     return replace(estimate, force_intervals=intervals)
 
 
-def _asymmetric(estimate: Estimate, size: tuple[float, float]) -> np.ndarray:
+def asymmetric(estimate: Estimate, size: tuple[float, float]) -> Mask:
     """Which touches (n,) of a plate lie where χ² is no parabola of the force."""
     inside = np.minimum(estimate.xy, np.array(size) - estimate.xy).min(axis=1, initial=inf)
     sigma = np.sqrt(np.diag(estimate.covariance)[2::3])
-    return (inside < NEAR_EDGE) | (sigma > UNSURE * estimate.force)
+    return np.asarray((inside < NEAR_EDGE) | (sigma > UNSURE * estimate.force), dtype=bool)
 
 
 def _interval(profile: ForceProfile, touches: F64, index: int, rise: float) -> ForceInterval:
     """Bound the force of one of some touches (n, 3); `rise` of χ² is one standard deviation."""
-    lowest = profile.valley(touches, index).base
-    inner, outer = [0.0, 0.0], [0.0, 0.0]
-    for k, side in enumerate((-1.0, 1.0)):
-        inner[k], there = profile.bound(touches, index, lowest + rise, side)
-        outer[k] = inner[k]
-        if 0 < inner[k] < inf:
-            outer[k], _ = profile.bound(there, index, lowest + 4.0 * rise, side)
+    lowest, force = profile.valley(touches, index), float(touches[index, 2])
+    inner, outer = [nan, nan], [nan, nan]
+    for k, side in enumerate((-1.0, 1.0) if lowest.curvature > 0 else ()):
+        bound = profile.bound(touches, index, lowest, 4.0 * rise, side)
+        rate = _first_rate(force, lowest, side)
+        inner[k], outer[k] = _halfway(force, rate, bound, sqrt(rise)), bound.force
+        if not min(force, outer[k]) < inner[k] < max(force, outer[k]):
+            inner[k] = profile.bound(touches, index, lowest, rise, side).force
     return ForceInterval((inner[0], inner[1]), (outer[0], outer[1]))
+
+
+def _halfway(force: float, rate: float, bound: Bound, root: float) -> float:
+    """Force where the root of what χ² rises by is `root`, from where that is 0 and twice as much.
+
+    A cubic through both, with the rates there, tells the middle; NaN where there is no bound.
+    """
+    if not 0 < bound.force < inf:
+        return nan
+    middle = 0.5 * (log(force) + log(bound.force))
+    return exp(middle + 0.25 * root * (rate - bound.rate))

@@ -105,14 +105,26 @@ class Uncertain:
 
     def about(self, touches: F64, left: Traces) -> Whitened:
         """Whiten it by all that is not known under touches (n, 3), or by what it was near by."""
-        last = self._last.get(len(touches))
-        known = last is not None and last.left.same(left)
-        if last is not None and known and self.near(last.touches, touches):
+        last = self._near_by(touches, left)
+        if last is not None:
             return last
         there = marginal(self.forward, self.bench, touches, left)
         whitened = Whitened(touches, left, there, self.candidates.through(there, there.whitening))
         self._last[len(touches)] = whitened
         return whitened
+
+    def forward_about(self, touches: F64, left: Traces) -> MarginalForward:
+        """Whiten the forward model alone, which will keep no state for the next search."""
+        last = self._near_by(touches, left)
+        there = marginal(self.forward, self.bench, touches, left) if last is None else last.forward
+        state = self.forward.fields.state(touches)
+        return replace(there, forward=there.forward.near(state))
+
+    def _near_by(self, touches: F64, left: Traces) -> Whitened | None:
+        """Return what it was whitened by last, where that was near by."""
+        last = self._last.get(len(touches))
+        known = last is not None and last.left.same(left)
+        return last if last is not None and known and self.near(last.touches, touches) else None
 
     def near(self, before: F64, after: F64, covariance: F64 | None = None) -> bool:
         """Whether touches moved so little that the scatter about them is the same."""

@@ -106,10 +106,11 @@ class FrameProcessor:
             frame.captured,
         )
         frame_estimate = confirmed(self.chain, frame_estimate, before)
-        with watch.stage("estimate"):
-            frame_estimate = with_force_intervals(self.chain, frame_estimate)
         if self._net:
             frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)
+        else:
+            with watch.stage("estimate"):
+                frame_estimate = with_force_intervals(self.chain, frame_estimate)
         watch.add(LATENCY, self._clock() - frame.given)
         frame_estimate = with_strain(self.strain, frame_estimate, watch, self._bench.alignment)
         with watch.stage("track"):

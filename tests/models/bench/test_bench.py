@@ -427,3 +427,15 @@ def test_presses_that_make_no_sense_are_refused(forward):
         models.Press(np.zeros(3), np.array([1.0, 2.0, np.nan]), np.ones(3))
     with pytest.raises(ValueError, match="noise of a press must lie in 0 to 1"):
         models.Press(np.zeros(3), np.ones(3), np.ones(3), noise=2.0)
+
+
+def test_bounding_a_force_leaves_the_next_frame_as_it_was(forward):
+    """The search goes on from the touches of this frame, not from those of a bound."""
+    estimator = models.Estimator(forward, max_touches=1, bench=models.bench_before(PLATE))
+    rng, touch = np.random.default_rng(6), np.array([[14.0, 50.0, 2.0]])
+    measured = measure(forward, np.zeros(len(NAMES)), touch, rng)
+    found = estimator.fit_whitened(measured, touch)
+    known = estimator.forward.fields.state(np.column_stack([found.xy, found.force]))
+    (interval,) = estimator.with_force_intervals(found, measured).force_intervals
+    assert interval.level_95[0] < found.force[0] < interval.level_95[1]
+    assert estimator.forward.fields.state(known.touches) is known

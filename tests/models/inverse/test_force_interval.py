@@ -64,6 +64,32 @@ def test_bounds_are_where_chi2_rises_whatever_the_place():
         np.testing.assert_allclose(bounds, expected, rtol=5e-3)
 
 
+class Counting(models.LinearForward):
+    """A forward model that counts how often it is read."""
+
+    reads = 0
+
+    def read(self, touches):
+        Counting.reads += 1
+        return super().read(touches)
+
+
+def test_an_interval_takes_few_readings_of_the_forward_model():
+    forward, counts = models.gauge_forward(INFLUENCE, SIGMA), []
+    counting = models.Estimator(
+        Counting(**{name: getattr(forward, name) for name in forward.__dataclass_fields__})
+    )
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        touch = rng.uniform(8.0, 14.0), rng.uniform(30.0, 70.0), rng.uniform(1.0, 3.0)
+        measured = measure([touch], rng)
+        found, Counting.reads = estimated(measured, 1), 0
+        (interval,) = counting.with_force_intervals(found, measured).force_intervals
+        assert np.isfinite([interval.level_68, interval.level_95]).all()
+        counts.append(Counting.reads)
+    assert np.mean(counts) < 6.0  # one about the touch, and two for each side
+
+
 def test_the_interval_near_an_edge_is_missed_as_often_on_either_side():
     rng, force, bounds, evenly = np.random.default_rng(5), [], [], []
     for _ in range(300):
