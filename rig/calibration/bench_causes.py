@@ -12,7 +12,7 @@ from rig.calibration.bench_presses import bench_as_known, measured
 from rig.calibration.press_images import ordered_images
 from rig.calibration.store import Calibration
 from rig.camera.files import read_grey
-from rig.live.baseline import average_reference
+from rig.live.baseline import still_reference
 from rig.live.bench import Bench
 from rig.live.chain import Chain
 from rig.live.known_bench import KnownBench
@@ -37,12 +37,13 @@ def diagnose_images(
     OSError
         If there are no more images than the reference needs.
     ValueError
-        If the scene cannot run live, or fewer than three touches are found.
+        If the scene cannot run live, something moves in the first images, or fewer than three
+        touches are found.
     """
     bench = bench_as_known(scene, known, report)
     paths = ordered_images(folder, bench.reference_frames)
     still, later = paths[: bench.reference_frames], paths[bench.reference_frames :]
-    chain = bench.prepare(average_reference([read_grey(path) for path in still]))[0]
+    chain = bench.prepare(still_reference([read_grey(path) for path in still]))[0]
     looked_at = later[:: max(1, len(later) // _LOOKED_AT)]
     return diagnosed(bench, chain, ((path.name, read_grey(path)) for path in looked_at), report)
 

@@ -15,7 +15,7 @@ import models
 from rig.calibration.bench_refusal import require_places
 from rig.calibration.press_images import read_press_images
 from rig.calibration.store import Calibration
-from rig.live.baseline import average_reference
+from rig.live.baseline import still_reference
 from rig.live.bench import Bench, build_bench
 from rig.live.chain import Chain
 from rig.live.frame_estimate import STRANGE
@@ -139,15 +139,28 @@ def identify_bench(
     OSError
         If an image is missing.
     ValueError
-        If the scene cannot run live, the images are too few, or no touch is found where one is
-        listed.
+        If the scene cannot run live, a press is listed among the first images or something moves
+        in them, or no touch is found where one is listed.
     """
+    if scene.dic:
+        _require_untouched(listed, scene.dic.reference_frames)
     bench = usual_bench(scene, known, report)
     frames = [one.frames for one in listed]
     images = read_press_images(source, bench.reference_frames, frames)
-    chain = bench.prepare(average_reference(images.reference))[0]
+    chain = bench.prepare(still_reference(images.reference))[0]
     seen = list(zip(listed, images.means, strict=True))
     return identify_by_images(bench, chain, seen, free, report)
+
+
+def _require_untouched(listed: list[Listed], reference_frames: int) -> None:
+    """Refuse a press in the images that show the plate at rest."""
+    for one in listed:
+        if one.frames[0] < reference_frames:
+            raise ValueError(
+                f"press {one.press} begins with frame {one.frames[0]}, and the first"
+                f" {reference_frames} images show the plate untouched (dic.reference_frames);"
+                " correct the list"
+            )
 
 
 def identify_by_images(

@@ -53,6 +53,23 @@ def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
     return ReferenceFrame(mean, max(float(np.sqrt(variance * (1 + 1 / count))), MIN_NOISE))
 
 
+def still_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
+    """Average the first frames of images that were kept, in which nothing may move.
+
+    Raises
+    ------
+    ValueError
+        If something moves in them, or there are fewer than two.
+    """
+    reference = average_reference(frames)
+    if moved_during_reference(frames):
+        raise ValueError(
+            f"something moves in the first {len(frames)} images, which show the plate untouched"
+            " (dic.reference_frames); leave out what comes before it is at rest"
+        )
+    return reference
+
+
 def moved_during_reference(frames: Sequence[AnyArray]) -> bool:
     """Whether something moved in the image while frames were taken: a hand, a settling plate.
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import models
-from rig.calibration.bench_presses import Listed, read_list
+import rig
+from rig.calibration.bench_presses import Listed, identify_bench, read_list
 from rig.calibration.results import entry_of
 from rig.calibration.store import Calibration, keep, read_calibration
 
@@ -59,6 +60,13 @@ def test_a_list_that_is_no_text_is_refused_in_a_sentence(tmp_path, content):
     path.write_bytes(HEAD.encode() + content)
     with pytest.raises(ValueError, match=r"presses.csv' is no CSV in UTF-8 .*; save it as such"):
         read_list(path)
+
+
+def test_a_press_in_the_images_of_the_plate_at_rest_is_refused(tmp_path):
+    early = [Listed("a", (16, 20), None, 2.0), Listed("b", (15, 24), None, 2.0)]
+    given = rig.load("bench-real"), Calibration(), early, tmp_path, (), lambda done, total: None
+    with pytest.raises(ValueError, match="press b begins with frame 15, and the first 16 images"):
+        identify_bench(*given)
 
 
 def bench():
