@@ -12,6 +12,7 @@ from scipy.linalg import solve_triangular
 
 from dic import lay_tiles
 from models import Estimate, TilePattern
+from rig.live.noise_curve import noise_curve
 from rig.system.arrays import F32, F64, AnyArray
 
 MIN_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit image
@@ -25,16 +26,26 @@ MISFIT_RATE = 1 / (1000 * 3600 * 30)
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFrame:
-    """The plate at rest: the mean of several frames, and the noise of a frame against it."""
+    """The plate at rest: the mean of several frames, and the noise of a frame against it.
+
+    Attributes
+    ----------
+    image : (H, W) float32
+    noise : float, grey levels
+    curve : (17,) float64, grey levels², optional
+        Its variance by grey level, see `noise_curve`; None where it counts as the same everywhere.
+    """
 
     image: F32
     noise: float
+    curve: F64 | None = None
 
 
 def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
     """Average frames of the untouched plate, two or more, and measure their noise.
 
-    The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels.
+    The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels: over the
+    whole image, and by grey level.
 
     Raises
     ------
@@ -48,9 +59,13 @@ def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
         )
     mean = np.asarray(np.mean(frames, axis=0), dtype=np.float32)
     count = len(frames)
-    squares = sum(float(np.square(frame - mean).sum(dtype=np.float64)) for frame in frames)
-    variance = squares / (mean.size * (count - 1))
-    return ReferenceFrame(mean, max(float(np.sqrt(variance * (1 + 1 / count))), MIN_NOISE))
+    squares = np.zeros_like(mean)
+    for frame in frames:
+        squares += np.square(frame - mean)
+    squares *= 1 + 1 / count
+    variance = float(squares.mean(dtype=np.float64)) / (count - 1)
+    noise = max(float(np.sqrt(variance)), MIN_NOISE)
+    return ReferenceFrame(mean, noise, noise_curve(mean, squares, count - 1, MIN_NOISE**2))
 
 
 def still_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:

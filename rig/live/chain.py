@@ -13,6 +13,7 @@ from rig.live.baseline import ReferenceFrame
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
+from rig.live.noise_curve import tile_weights
 from rig.live.plate_in_time import Past, PlateInTime
 from rig.live.touch_start import TouchStart, prepare_start
 from rig.live.visibility import MaskedModels
@@ -34,6 +35,8 @@ class Chain:
     masked_models : MaskedModels
         Of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
+    weight : (T,) float64
+        Of the motion that each tile shows, by its own noise.
     in_time : PlateInTime or None
         How the plate rings and creeps, where each frame is not taken as an equilibrium.
     start : TouchStart or None
@@ -44,6 +47,7 @@ class Chain:
     tiles: TileBlocks
     masked_models: MaskedModels
     noise: float
+    weight: F64
     in_time: PlateInTime | None = None
     start: TouchStart | None = None
 
@@ -69,14 +73,15 @@ def prepare_chain(
     """Prepare the chain for a reference, on a bench of which so much is known."""
     tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
     tiles = prepare_blocks(tile_reference, 1)
-    pattern = prepare_pattern(motions, without_gain_offset(tiles))
+    weight = tile_weights(reference.image, noise, reference.curve, motions.tiles)
+    pattern = prepare_pattern(motions, without_gain_offset(tiles, weight))
     if known is not None:
         pattern = known.seen(pattern)
     bench = None if known is None else known.estimate
     estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=bench)
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
-    return Chain(tile_reference, tiles, masked, noise, in_time, start)
+    return Chain(tile_reference, tiles, masked, noise, weight, in_time, start)
 
 
 @dataclass(frozen=True, eq=False)

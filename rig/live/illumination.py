@@ -14,17 +14,26 @@ from dataclasses import replace
 import numpy as np
 
 from dic import TileBlocks, TileReference, TileSums, tile_gradient
+from rig.system.arrays import F64
 
 
-def without_gain_offset(blocks: TileBlocks) -> TileReference:
-    """Return a reference whose tiles measure motion alone; `blocks` of one tile each."""
-    h, reference = blocks.hessian, blocks.reference
+def without_gain_offset(blocks: TileBlocks, weight: F64) -> TileReference:
+    """Return a reference whose tiles measure motion alone, each with its weight.
+
+    Parameters
+    ----------
+    blocks : TileBlocks
+        Of one tile each.
+    weight : (T,) float64
+        Of `tile_weights`.
+    """
+    h, reference = blocks.hessian * weight[:, None, None], blocks.reference
     light = reference.light.copy()
     light[:, :4] = 0.0  # nothing is left of the motion that a light could explain
     hessian = np.column_stack([h[:, 0, 0], h[:, 0, 1], h[:, 1, 1]])
     return replace(reference, hessian=hessian, light=light, bias=np.zeros(2))
 
 
-def sums_without_gain_offset(blocks: TileBlocks, sums: TileSums) -> TileSums:
+def sums_without_gain_offset(blocks: TileBlocks, sums: TileSums, weight: F64) -> TileSums:
     """Take light and interpolation out of the sums of a frame, for such a reference."""
-    return replace(sums, gradient=-tile_gradient(blocks, sums))
+    return replace(sums, gradient=-tile_gradient(blocks, sums) * weight[:, None])

@@ -80,7 +80,7 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
                 why = str(error)
         if why:
             return Registered(sums, hidden, why, chain.pattern, np.empty(0), moved)
-        right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
+        right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums, chain.weight), moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
         return Registered(sums, hidden, "", pattern, right, motion, off)

@@ -91,7 +91,8 @@ def interference(chain: Chain, light: F32, black: float, marks: tuple[Mark, ...]
         return Interference(0.0, 0.0, 0.0)
     image, pattern = chain.reference.image, chain.pattern
     sums = tile_sums(chain.reference, image + (image - black) * (light - 1.0))
-    right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), pattern.still())
+    moving = sums_without_gain_offset(chain.tiles, sums, chain.weight)
+    right = pattern.gradient(moving, pattern.still())
     seen = pattern.whiten(right, chain.noise)
     touches = np.array([(mark.x, mark.y, mark.force) for mark in marks])
     _, tangent = pattern.forward(chain.noise).read(touches)

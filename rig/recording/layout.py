@@ -1,7 +1,8 @@
 """What stands where in a recording.
 
 =====================  =====================  =====================================================
-/reference             (H, W) float32         mean of the reference frames; attribute `noise`
+/reference             (H, W) float32         mean of the reference frames; attributes `noise` and
+                                              `curve`, its variance by grey level
 /frames/image          (N, H, W) uint8        images
 /frames/sequence       (N,) int64             numbers that the source gave them; written last
 /frames/captured       (N,) float64, s        monotonic clock
@@ -31,6 +32,7 @@
 /frames/reference      (N,) int64             0 for /reference, n for the n-th of /tares/image
 /tares/image           (M, H, W) float32      references that were taken while the loop ran
 /tares/noise           (M,) float64           of these, grey levels
+/tares/curve           (M, 17) float64        variance by grey level, NaN where none is known
 /tares/captured        (M,) float64, s        of the first frame that was compared with it
 /tares/check           (M,) uint32            CRC-32 of the image
 =====================  =====================  =====================================================
@@ -52,12 +54,14 @@ from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
 from rig.live.memory import MANY, Memory
+from rig.live.noise_curve import LEVELS
 from rig.recording.fit import SHAPES as FIT_SHAPES, fit_row
 from rig.system.arrays import F64, AnyArray
 
 FORMAT, VERSION, READ = "touchplate session", 2, (1, 2)
 FINGERS = 10
 TARES = "tares/"
+CURVE = f"{TARES}curve"
 REFERENCE = "frames/reference"
 IMAGES = ("frames/image", "frames/sums", "frames/strain", f"{TARES}image")
 """Large arrays, compressed frame by frame."""
@@ -107,7 +111,12 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
 
 def tare_shapes(shape: tuple[int, ...]) -> Shapes:
     """Shape of a tare's part and type of number of every array, for images of a shape (H, W)."""
-    parts = {"image": (shape, "f4"), "noise": ((), "f8"), "captured": ((), "f8")}
+    parts = {
+        "image": (shape, "f4"),
+        "noise": ((), "f8"),
+        "curve": (LEVELS.shape, "f8"),
+        "captured": ((), "f8"),
+    }
     return {f"{TARES}{name}": part for name, part in parts.items()} | {f"{TARES}check": ((), "u4")}
 
 
@@ -117,6 +126,7 @@ def tare_row(reference: ReferenceFrame, captured: float) -> dict[str, AnyArray]:
     parts = {
         "image": image,
         "noise": np.asarray(reference.noise),
+        "curve": np.full(LEVELS.shape, np.nan) if reference.curve is None else reference.curve,
         "captured": np.asarray(captured),
         "check": np.asarray(zlib.crc32(image.data), dtype=np.uint32),
     }

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from rig.live.baseline import ReferenceFrame
+from rig.live.noise_curve import LEVELS
 from rig.recording.fit import SHAPES as FIT_SHAPES, wrong_fit
-from rig.recording.layout import CHECK, LAST, TARES, frame_check, tare_shapes
-from rig.system.arrays import F32, AnyArray
+from rig.recording.layout import CHECK, CURVE, LAST, TARES, frame_check, tare_shapes
+from rig.system.arrays import F32, F64, AnyArray
 
 if TYPE_CHECKING:
     import h5py
@@ -93,7 +94,8 @@ def read_reference(stored: h5py.Dataset) -> tuple[ReferenceFrame, str]:
     image = cast(F32, np.asarray(stored[()]))
     noise = float(np.asarray(stored.attrs["noise"], dtype=np.float64))
     check = int(np.asarray(stored.attrs["check"])) if "check" in stored.attrs else None
-    return _checked_reference(image, noise, check)
+    reference = ReferenceFrame(image, noise, _curve(stored.attrs.get("curve")))
+    return reference, _wrong_reference(reference, check)
 
 
 def read_tare(arrays: Mapping[str, h5py.Dataset], number: int) -> tuple[ReferenceFrame, str]:
@@ -101,13 +103,25 @@ def read_tare(arrays: Mapping[str, h5py.Dataset], number: int) -> tuple[Referenc
     image, noise, check = (
         np.asarray(arrays[f"{TARES}{name}"][number - 1]) for name in ("image", "noise", "check")
     )
-    return _checked_reference(cast(F32, image), float(noise), int(check))
+    curve = _curve(arrays[CURVE][number - 1]) if CURVE in arrays else None
+    reference = ReferenceFrame(cast(F32, image), float(noise), curve)
+    return reference, _wrong_reference(reference, int(check))
+
+
+def _curve(stored: object) -> F64 | None:
+    """Variance by grey level, (17,); None where it was not known."""
+    if stored is None:
+        return None
+    curve = np.asarray(stored, dtype=np.float64)
+    return None if np.isnan(curve).all() else curve
 
 
 def wrong_tares(arrays: Mapping[str, h5py.Dataset], shape: tuple[int, ...]) -> str:
     """Say what is wrong with the arrays of the tares; empty where nothing is, or none are."""
     for name, (part, kind) in tare_shapes(shape).items() if arrays else ():
         array = arrays.get(name)
+        if array is None and name == CURVE:  # of older recordings
+            continue
         if array is None:
             return f"{name} is missing"
         if array.shape[1:] != part or array.dtype != np.dtype(kind):
@@ -115,18 +129,20 @@ def wrong_tares(arrays: Mapping[str, h5py.Dataset], shape: tuple[int, ...]) -> s
     return ""
 
 
-def _checked_reference(image: F32, noise: float, check: int | None) -> tuple[ReferenceFrame, str]:
-    """Give a reference, and what is wrong with it; empty where nothing is."""
-    said = ""
+def _wrong_reference(reference: ReferenceFrame, check: int | None) -> str:
+    """Say what is wrong with a reference; empty where nothing is."""
+    image, noise, curve = reference.image, reference.noise, reference.curve
     if image.ndim != 2 or image.dtype != np.float32 or not image.size:
-        said = f"reference is {image.dtype} {image.shape}"
-    elif check is not None and _crc(image) != check:
-        said = "the checksum of the reference is another"
-    elif not (np.isfinite(image).all() and image.min() >= -WHITE and image.max() <= WHITE):
-        said = "grey levels of the reference are none"
-    elif not 0 <= noise <= WHITE:
-        said = f"noise is {noise:g} grey levels"
-    return ReferenceFrame(image, noise), said
+        return f"reference is {image.dtype} {image.shape}"
+    if check is not None and _crc(image) != check:
+        return "the checksum of the reference is another"
+    if not (np.isfinite(image).all() and image.min() >= -WHITE and image.max() <= WHITE):
+        return "grey levels of the reference are none"
+    if not 0 <= noise <= WHITE:
+        return f"noise is {noise:g} grey levels"
+    if curve is not None and not (curve.shape == LEVELS.shape and (curve > 0).all()):
+        return "variances by grey level are none"
+    return ""
 
 
 def wrong_numbers(row: Mapping[str, AnyArray]) -> str:

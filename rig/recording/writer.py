@@ -56,6 +56,8 @@ class Writer:
             self._file.attrs[name] = np.bytes_(text.encode())
         stored = self._file.create_dataset("reference", data=reference.image)
         stored.attrs["noise"] = reference.noise
+        if reference.curve is not None:
+            stored.attrs["curve"] = reference.curve
         stored.attrs["check"] = zlib.crc32(np.ascontiguousarray(reference.image).data)
         self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
         tares = tare_shapes(reference.image.shape)

@@ -14,7 +14,9 @@ def test_what_interpolation_adds_is_taken_off_once():
     reference = replace(prepare_tiles(image, 16), bias=np.array([4e-3, 3e-3]))
     blocks = prepare_blocks(reference, 1)
     sums = tile_sums(reference, image, np.tile([0.25, 0.2], (len(reference.hessian), 1)))
-    seen = unbiased_gradient(without_gain_offset(blocks), sums_without_gain_offset(blocks, sums))
-    np.testing.assert_array_equal(seen, -tile_gradient(blocks, sums))
+    weight = np.linspace(0.5, 2.0, len(reference.hessian))
+    moving = sums_without_gain_offset(blocks, sums, weight)
+    seen = unbiased_gradient(without_gain_offset(blocks, weight), moving)
+    np.testing.assert_array_equal(seen, -tile_gradient(blocks, sums) * weight[:, None])
     taken_off = sums.gradient - unbiased_gradient(reference, sums)
     assert np.abs(taken_off).min() > 0

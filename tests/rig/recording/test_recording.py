@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import pytest
 
+from rig.live.noise_curve import LEVELS
 from rig.live.tracker import FrameProcessor
 from rig.page.player import RecordedFrames
 from rig.recording.export import to_csv
@@ -88,6 +89,32 @@ def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
     replayed = again(path, bench)
     assert len(replayed) == len(shots) - recorder.dropped
     assert all(one.same for one in replayed)
+
+
+def test_the_noise_by_grey_level_comes_back_and_an_older_recording_has_none(session, tmp_path):
+    path = tmp_path / "session.h5"
+    session(path, PRESSED[:2])
+    with open_session(path) as stored:
+        curve = stored.reference.curve
+    assert curve.shape == LEVELS.shape
+    assert curve[8] == pytest.approx(4.0 * (1 + 1 / 16), rel=0.05)  # σ is 2 grey levels
+    with h5py.File(path, "r+") as file:
+        del file["reference"].attrs["curve"]
+        del file["tares/curve"]
+    with open_session(path) as stored:
+        assert stored.reference.curve is None
+
+
+def test_variances_that_cannot_be_are_said(session, tmp_path):
+    path = tmp_path / "session.h5"
+    session(path, PRESSED[:2])
+    with h5py.File(path, "r+") as file:
+        file["reference"].attrs["curve"] = -np.ones(LEVELS.shape)
+    with (
+        pytest.raises(OSError, match="variances by grey level are none"),
+        open_session(path),
+    ):
+        pass
 
 
 def test_the_file_opens_without_this_program(session, tmp_path):
