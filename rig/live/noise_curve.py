@@ -12,7 +12,7 @@ from dic import Tiles
 from rig.system.arrays import F32, F64
 
 LEVELS = np.linspace(0.0, 256.0, 17)
-"""Grey levels at which the variance is told."""
+"""Grey levels at which the variance is measured."""
 _FEWEST = 1000  # values from which a variance is known to 4 %
 _STEP = float(LEVELS[1])
 

@@ -20,7 +20,7 @@ SHOT = synthetic.Sensor(noise=0.5, black=0.02, white=0.9, full_well=1000.0)
 """Its noise has a standard deviation of 1 grey level in the dark, and of 8 in the light."""
 
 
-def test_variance_is_told_by_the_grey_level(rng):
+def test_variance_goes_with_the_grey_level(rng):
     light = rng.uniform(20.0, 220.0, (180, 260))
     frames = [light + rng.normal(0, np.sqrt(2.0 + 0.05 * light)) for _ in range(16)]
     found = average_reference(frames)
