@@ -83,7 +83,13 @@ def _hermite(x: F64, nodes: F64, unit: float, order: int) -> tuple[I64, F64]:
     return start, weights
 
 
-def hermite_gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None) -> sp.csr_array:
+def hermite_gram(
+    line: Line,
+    p: int,
+    q: int,
+    run: tuple[int, int] | None = None,
+    weights: F64 | None = None,
+) -> sp.csr_array:
     """Integrals of products of derivatives of the Hermite functions of a line.
 
     Parameters
@@ -93,6 +99,8 @@ def hermite_gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None)
         Orders of derivative of the row's and of the column's function.
     run : tuple of int, optional
         First and last node of the part to integrate over; the whole line if left out.
+    weights : (elements,) float64, optional
+        Factor of each element of that part.
 
     Returns
     -------
@@ -105,6 +113,8 @@ def hermite_gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None)
     slopes = (h / line.unit) ** (powers % 2)  # (elements, 1, 4)
     unit_element = HERMITE_DERIVATIVES[p] @ moments @ HERMITE_DERIVATIVES[q].T
     element = unit_element * h ** (1 - p - q) * slopes * slopes.swapaxes(1, 2)
+    if weights is not None:
+        element = element * weights[:, None, None]
     start = 2 * np.arange(first, last)[:, None, None]
     rows, columns, values = np.broadcast_arrays(start + powers[:, None], start + powers, element)
     shape = (line.unknowns, line.unknowns)

@@ -25,6 +25,7 @@ def store(plate: Plate, mesh: Mesh, **arrays: Any) -> dict[str, np.ndarray]:
         "tapers": np.array([taper_of(getattr(plate.sides, side)) for side in _SIDES]),
         "tension": np.array(plate.tension),
         "strain_limit": np.array(plate.strain_limit),
+        "taper": np.array(plate.taper),
         **_shape_arrays(plate.shape),
         "patches": np.array(patches, dtype=np.float64).reshape(-1, 6),
         "counts": np.array(mesh.counts),
@@ -54,6 +55,7 @@ def restore(arrays: Mapping[str, np.ndarray], *names: str) -> tuple[Plate, Mesh,
         "tapers": np.zeros((4, 3)),
         "tension": np.zeros(3),
         "strain_limit": np.array(Plate.strain_limit),
+        "taper": np.array(Plate.taper),
         **arrays,
     }
     tapers, tension = _shaped(optional, "tapers", (4, 3)), _shaped(optional, "tension", (3,))
@@ -65,7 +67,8 @@ def restore(arrays: Mapping[str, np.ndarray], *names: str) -> tuple[Plate, Mesh,
     a, b, thickness, young, poisson = (float(v) for v in numbers)
     parts = tuple(_patch(row) for row in patches.tolist())
     limit = float(_shaped(optional, "strain_limit", ()))
-    rest = tuple(tension.tolist()), _shape(arrays), limit
+    rising = tuple(_shaped(optional, "taper", (2,)).tolist())
+    rest = tuple(tension.tolist()), _shape(arrays), limit, rising
     plate = Plate((a, b), thickness, young, poisson, edges, parts, *rest)
     breaks = tuple(_array(arrays, "breaks_x")), tuple(_array(arrays, "breaks_y"))
     equal = {"runs_x": np.empty(0, np.int64), "runs_y": np.empty(0, np.int64), **arrays}

@@ -20,6 +20,7 @@ from fe.plate.plate import Plate
 Free = tuple[Mask, Mask]
 
 _Products = Callable[[int, int], Any]
+_ROUNDING = 1e-14  # of the largest factor
 
 
 def bending_products(
@@ -76,9 +77,14 @@ def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_arra
     """
     rows, columns = kept or free(plate, mesh)
 
-    def along(axis: int, keep: Mask, run: tuple[int, int] | None = None) -> _Products:
+    def along(
+        axis: int,
+        keep: Mask,
+        run: tuple[int, int] | None = None,
+        weights: F64 | None = None,
+    ) -> _Products:
         def product(p: int, q: int) -> sp.csr_array:
-            return hermite_gram(mesh.lines[axis], p, q, run)[keep][:, keep]
+            return hermite_gram(mesh.lines[axis], p, q, run, weights)[keep][:, keep]
 
         return product
 
@@ -86,13 +92,23 @@ def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_arra
     matrix = _edge_stiffness(plate, mesh, rows, columns)
     for run_x in mesh.lines[0].runs:
         for run_y in mesh.lines[1].runs:
-            parts = along(0, rows, run_x), along(1, columns, run_y)
-            part = bending_products(plate.poisson, *parts, sp.kron)
-            matrix = matrix + rigidity[run_x[0], run_y[0]] * part
+            for x, y in _factors(rigidity[slice(*run_x), slice(*run_y)]):
+                parts = along(0, rows, run_x, x), along(1, columns, run_y, y)
+                matrix = matrix + bending_products(plate.poisson, *parts, sp.kron)
     if any(plate.tension):
         whole = along(0, rows), along(1, columns)
         matrix = matrix + tension_products(plate.tension, *whole, sp.kron)
     return sp.csc_array(matrix)
+
+
+def _factors(rigidity: F64) -> list[tuple[F64, F64]]:
+    """Write rigidities (nx, ny) as a sum of products of one factor along x and one along y.
+
+    One where they are even, and four where the thickness rises along both.
+    """
+    left, sizes, right = np.linalg.svd(rigidity, full_matrices=False)
+    count = int(np.count_nonzero(sizes > _ROUNDING * sizes[0]))
+    return [(size * x, y) for x, size, y in zip(left.T, sizes[:count], right, strict=False)]
 
 
 def rigidities(plate: Plate, mesh: Mesh) -> F64:

@@ -179,9 +179,14 @@ def modes(
     if whole(count, "number of modes") < 1:
         raise ValueError(f"number of modes must be at least 1, got {count}")
     alike = {plate.sides.west, plate.sides.east, plate.sides.south, plate.sides.north}
-    if alike == {Clamped()} and not plate.patches and plate.tension[2] == 0:
+    if alike == {Clamped()} and _even(plate):
         return _by_products(plate, mesh, count, progress)
     return _by_lanczos(plate, mesh, count, progress)
+
+
+def _even(plate: Plate) -> bool:
+    """Whether a plate is the same all over and has no shear at rest."""
+    return not plate.patches and plate.taper == (0.0, 0.0) and plate.tension[2] == 0
 
 
 def _by_lanczos(

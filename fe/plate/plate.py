@@ -130,13 +130,18 @@ class Plate:
     strain_limit : float
         Strain up to which the material comes back: its yield stress over Young's modulus, 0.017 for
         PVC. If left out 0.05, beyond which a linear law fits no solid.
+    taper : tuple of float
+        How the thickness rises along x and along y outside patches: it is (1 + tx s + ty t) h, with
+        s and t from -1 at the edge of the smaller coordinate to 1 at the other. On a mesh each
+        element is as thick as in its middle.
 
     Raises
     ------
     ValueError
         A length or the modulus is not positive, Poisson's ratio does not lie between -1 and 0.5,
         the edges do not hold the plate, a patch leaves it, the tension is not three finite
-        numbers, the shape is not shallow, or the strain limit is not positive.
+        numbers, the shape is not shallow, the strain limit is not positive, or the taper leaves no
+        thickness at a corner.
     """
 
     size: tuple[float, float]
@@ -148,6 +153,7 @@ class Plate:
     tension: tuple[float, float, float] = (0.0, 0.0, 0.0)
     shape: Shape | None = None
     strain_limit: float = 0.05
+    taper: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         a, b = _pair(self.size, "plate size", "two sides")
@@ -172,6 +178,7 @@ class Plate:
             self._check_shape(self.shape)
         limit = positive(self.strain_limit, "strain limit of a plate", "parts of 1")
         object.__setattr__(self, "strain_limit", limit)
+        object.__setattr__(self, "taper", _taper(self.taper))
 
     def _check_patch(self, patch: Patch) -> None:
         for name, (low, high), side in zip("xy", (patch.x, patch.y), self.size, strict=True):
@@ -207,7 +214,7 @@ class Plate:
 
     @property
     def rigidity(self) -> float:
-        """Bending rigidity D = E h³ / 12 (1 - ν²) outside patches, N mm."""
+        """Bending rigidity D = E h³ / 12 (1 - ν²) of the mean thickness outside patches, N mm."""
         return self.young * self.thickness**3 / (12.0 * (1.0 - self.poisson**2))
 
     @property
@@ -221,7 +228,9 @@ class Plate:
         A point on the border of a patch belongs to the side of larger x and of larger y.
         """
         x, y = _places(xy, "point").T
-        thickness, young = np.full(x.shape, self.thickness), np.full(x.shape, self.young)
+        (a, b), (along, across) = self.size, self.taper
+        rising = 1.0 + along * (2.0 * x / a - 1.0) + across * (2.0 * y / b - 1.0)
+        thickness, young = self.thickness * rising, np.full(x.shape, self.young)
         for patch in self.patches:
             here = _within(x, patch.x, self.size[0]) & _within(y, patch.y, self.size[1])
             thickness[here], young[here] = patch.thickness, patch.young
@@ -288,6 +297,16 @@ def _tension(values: ArrayLike) -> tuple[float, float, float]:
         )
     xx, yy, xy = tension.tolist()
     return xx, yy, xy
+
+
+def _taper(values: ArrayLike) -> tuple[float, float]:
+    along, across = _pair(values, "plate taper", "two parts of the thickness, not")
+    if not abs(along) + abs(across) < 1.0:
+        raise ValueError(
+            f"plate taper must leave a thickness at each corner, two numbers whose sizes add up to"
+            f" less than 1, got {along:g} and {across:g}"
+        )
+    return along, across
 
 
 def _within(x: F64, span: tuple[float, float], side: float) -> Mask:

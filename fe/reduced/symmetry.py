@@ -63,10 +63,12 @@ IDENTITY = Symmetry(False, (False, False))
 def symmetries(plate: Plate, mesh: Mesh) -> list[Symmetry]:
     """Find the ways in which a plate and its mesh lie on themselves; the first changes nothing.
 
-    Patches, uneven edges, shear at rest and shapes other than a sag are taken as symmetric in none.
+    Patches, a taper, uneven edges, shear at rest and shapes other than a sag are taken as
+    symmetric in none.
     """
     uneven = any(taper_of(getattr(plate.sides, side)) != EVEN for side in Edges.__annotations__)
     odd_shape = plate.shape is not None and bool(plate.shape.modes)
+    uneven = uneven or plate.taper != (0.0, 0.0)
     if plate.patches or uneven or odd_shape or plate.tension[2] != 0.0:
         return [IDENTITY]
     ways = (

@@ -31,7 +31,7 @@ _UNITS = {
 }
 _PLATE = (
     *("size", "thickness", "young", "poisson", "edges", "patches"),
-    *("tension", "sag", "warp"),
+    *("tension", "sag", "warp", "taper"),
 )
 _CAMERA = ("kind", "pixels", "side", "stand_off", "margin")
 
@@ -52,6 +52,7 @@ class FoundOn(Section):
     )
     sag: float = Field(0.0, description="as described, mm")
     warp: str = Field("[]", description="the rest of its shape, as JSON")
+    taper: tuple[float, float] = Field((0.0, 0.0), description="of its thickness, fraction")
     kind: Literal["pinhole", "telecentric"] = Field(description="projection of the camera")
     pixels: tuple[Count, Count] = Field(description="width and height of the image, px")
     side: Literal["above", "below"] = Field(description="of the plate that the camera looks at")
@@ -98,6 +99,7 @@ def found_on(scene: Scene, calibration: Calibration) -> FoundOn | None:
         tension=plate.tension_at_rest,
         sag=plate.sag,
         warp=json.dumps(plate.warp),
+        taper=plate.taper,
         kind=camera.kind,
         pixels=camera.pixels,
         side=camera.side,

@@ -175,11 +175,14 @@ def time_of_frame(given: Setup, motions: models.ImageMotions) -> float:
 def image_motions(
     plate: PlateSection, camera: CameraSection, tile: int, modal: fe.ModalPlate | None = None
 ) -> models.ImageMotions:
-    """See the motions of the plate and of the camera on tiles of `tile` px."""
+    """See the motions of the plate and of the camera on tiles of `tile` px.
+
+    Without `modal` they are linear in the force, and those of the plate without its shape.
+    """
     flat, view = plate.build(), camera.build(plate)
     tiles = lay_tiles((view.size[1], view.size[0]), tile)
     if modal is None:
-        modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))
+        modes = fe.modes(flat.flat, MODES, mesh=fe.grid(flat, ELEMENTS))
         return models.prepare_motions(modes, view, view.face_height(flat.thickness), tiles)
     bent = fields(modal, flat)
     return models.prepare_motions(

@@ -167,9 +167,11 @@ def _plate(plate: PlateSection) -> str:
         held = ", ".join(f"{side} {getattr(edges, side).kind}" for side in SIDES)
     noun = "patch" if len(plate.patches) == 1 else "patches"
     patches = f", {len(plate.patches)} {noun}" if plate.patches else ""
+    along, across = plate.taper
+    tapered = f" tapered by {along:.2%} and {across:.2%}" if along or across else ""
     return (
-        f"{a:g} × {b:g} × {plate.thickness:g} mm, E {plate.young:g} MPa, ν {plate.poisson:g},"
-        f" {held}{patches}{_at_rest(plate)}"
+        f"{a:g} × {b:g} × {plate.thickness:g} mm{tapered}, E {plate.young:g} MPa,"
+        f" ν {plate.poisson:g}, {held}{patches}{_at_rest(plate)}"
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.edges import Edges, give_in_plane
+from rig.scene.edges import Edges, Taper, give_in_plane
 from rig.scene.quantity import Angle, Count, Force, Kelvin, Length, LineForce, Ratio, Stress
 from rig.scene.section import Section
 
@@ -74,6 +74,11 @@ class PlateSection(Section):
         description="height at rest by products of Legendre polynomials, a row for each degree"
         " along x from 0 and a column for each along y, mm",
     )
+    taper: tuple[Taper, Taper] = Field(
+        (0.0, 0.0),
+        description="by which it is thicker at the edge of the larger x, and of the larger y, than"
+        " in the middle, fraction; patches are even",
+    )
     theory: Literal["linear", "large"] | None = Field(
         None, description="theory of deflection [the one that holds for the forces expected]"
     )
@@ -117,8 +122,8 @@ class PlateSection(Section):
         Raises
         ------
         ValueError
-            When the edges do not hold the plate, a patch is empty or leaves it, or its shape is
-            not shallow.
+            When the edges do not hold the plate, a patch is empty or leaves it, its shape is not
+            shallow, or its taper leaves no thickness at a corner.
         """
         import fe
 
@@ -131,6 +136,7 @@ class PlateSection(Section):
             patches=tuple(patch.build(self) for patch in self.patches),
             tension=self.tension_at_rest,
             shape=self.shape,
+            taper=self.taper,
             strain_limit=self.strain_limit,
         )
 

@@ -103,6 +103,7 @@ def anew(calibration, name):
         ({"plate.young": 70000}, "plate.young = 3000 MPa, and the scene has 70000 MPa"),
         ({"plate.edges.kind": "supported"}, "plate.edges = .*clamped.*, and .* has .*supported"),
         ({"plate.tension": [0.1, 0, 0]}, "plate.tension = 0, 0, 0 N/mm, and .* has 0.1, 0, 0 N/mm"),
+        ({"plate.taper": [0.05, 0]}, "plate.taper = 0, 0, and the scene has 0.05, 0"),
         ({"plate.sag": "0.2 mm"}, "plate.sag = 0 mm, and the scene has 0.2 mm"),
         ({"camera.pixels": [640, 480]}, "camera.pixels = .* px, and the scene has 640 × 480 px"),
         ({"camera.kind": "telecentric"}, "camera.kind = pinhole, and the scene has telecentric"),

@@ -114,6 +114,13 @@ def test_a_plate_at_rest_is_as_high_as_its_scene_says():
     assert rig.load("twin").plate.build().shape is None
 
 
+def test_a_tapered_plate_is_thicker_at_one_edge():
+    tapered = {"plate.size": [254, 200], "plate.taper": [0.05, -0.02]}
+    plate = rig.load("twin", tapered).plate.build()
+    thickness, _ = plate.material([[254.0, 100.0], [127.0, 200.0]])
+    np.testing.assert_allclose(thickness, [2.1, 1.96])
+
+
 def test_an_elastic_edge_gives_more_at_one_end():
     springs = {"deflection": math.inf, "rotation": "2 kN", "taper": [0, 0.3, 0]}
     plate = rig.load("twin", {"plate.edges": {"kind": "elastic"} | springs}).plate.build()
