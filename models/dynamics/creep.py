@@ -101,7 +101,12 @@ def learn_creep(times: F64, shown: F64, released: float, sigma: float) -> Learne
         There are too few readings after the release, or the plate has hardly crept.
     """
     after = times >= released
-    if np.count_nonzero(after) < _FEWEST or np.count_nonzero(~after) < 2:
+    if np.count_nonzero(~after) < 2:
+        raise ValueError(
+            f"creep needs 2 readings before the release, got {np.count_nonzero(~after)}; begin to"
+            " record before the plate is pressed"
+        )
+    if np.count_nonzero(after) < _FEWEST:
         raise ValueError(
             f"creep needs {_FEWEST} readings after the release, got {np.count_nonzero(after)};"
             " record the plate for a minute after a press of a minute"

@@ -261,9 +261,10 @@ def _modes_seen(
     inside, places = _near_plate(modes.plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, modes.count))
     at = camera.project(np.column_stack([places, np.full(len(places), height)]))
-    seen[inside] = synthetic.image_motion_basis(
-        camera, at, modes.value(places), modes.slope(places), height
-    )
+    # The face moves by its height times the slope, and lies higher where the plate is thicker.
+    thicker = modes.plate.material(places)[0] / modes.plate.thickness
+    slope = modes.slope(places) * thicker[:, None, None]
+    seen[inside] = synthetic.image_motion_basis(camera, at, modes.value(places), slope, height)
     return seen
 
 

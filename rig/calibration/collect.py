@@ -19,9 +19,7 @@ from rig.scene import Scene
 from rig.system.arrays import F64
 
 HOLD = 0.6  # s that a press must stand still, until a finger has settled
-FRAMES = (
-    12  # the last ones of a press that count, or all in the second half of HOLD if those are more
-)
+FRAMES = 12  # last ones of a press that count, or all of the second half of HOLD if more
 FEWEST_FRAMES = 4  # that must show it still, for as long as a slow machine takes to see them
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
 NOISE = 4.0  # standard deviations that noise may explain

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -128,7 +128,7 @@ class PlateInTime:
     """
 
     ringing: RingingPlate | None = None
-    creep: Creep | None = field(default=None)
+    creep: Creep | None = None
 
     def estimate(
         self,

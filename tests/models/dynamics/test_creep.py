@@ -63,6 +63,8 @@ def test_a_plate_that_does_not_creep_is_refused():
         models.learn_creep(times, shown, 30.0, 0.01)
     with pytest.raises(ValueError, match="20 readings"):
         models.learn_creep(times, shown, 59.0, 0.01)
+    with pytest.raises(ValueError, match="2 readings before the release, got 1"):
+        models.learn_creep(times, shown, 0.05, 0.01)
 
 
 @pytest.mark.parametrize(
