@@ -157,3 +157,17 @@ def test_loads_that_cannot_be_are_one_sentence():
         fe.LineLoad((1.0, 2.0), (1.0, 2.0), 1.0)
     with pytest.raises(ValueError, match="point moment about_x must be finite"):
         fe.PointMoment(1.0, 2.0, float("nan"), 0.0)
+
+
+def test_friction_turns_the_plate_as_a_touch_that_lies_aside_would():
+    """By half the thickness times the coefficient: docs/limits.md says so."""
+    force, friction = 1e-3, 0.2
+
+    def deep(x, *loads):
+        touch = fe.Touch(x, 40.0, force)
+        return fe.solve(PLATE, [touch], mesh=MESH, loads=loads).displacement(PLACES)[:, 2]
+
+    rubbed = deep(70.0, fe.FaceForce(70.0, 40.0, friction * force, 0.0))
+    aside, straight = deep(70.0 + 0.5 * PLATE.thickness * friction), deep(70.0)
+    assert np.abs(rubbed - straight).max() > 1e-3 * np.abs(straight).max()
+    np.testing.assert_allclose(rubbed - straight, aside - straight, rtol=0.05)
