@@ -51,7 +51,7 @@ class FieldNetRecipe:
     steps: int = 1000
     seed: int = 17
     pairs: int = 4
-    side: int = 64
+    side: int = 96
     learning_rate: float = 3e-3
     horizon: int = 3000
     plates: int = 120

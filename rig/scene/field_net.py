@@ -18,7 +18,7 @@ class FieldNetSection(Section):
     seed: Count = Field(17, ge=0, description="seed of weights, plates and fields")
     pairs: Count = Field(4, ge=1, le=256, description="fields of two components a step")
     side: Count = Field(
-        64, ge=32, le=256, multiple_of=4, description="tiles along a side of a field"
+        96, ge=32, le=256, multiple_of=4, description="tiles along a side of a field"
     )
     learning_rate: float = Field(3e-3, gt=0, le=1, description="learning rate at first")
     horizon: Count = Field(3000, ge=1, description="steps over which the learning rate falls to 0")
