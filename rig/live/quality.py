@@ -27,11 +27,7 @@ def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
     return (
         Sign("visible pattern", f"{visible:.0%}", visible < 1.0 - SLIGHT),
         _fit(estimate, bool(frame_estimate.unusable_reason)),
-        Sign(
-            "noise",
-            f"{noise:.1f} grey levels, {chain.noise:.1f} at rest",
-            noise > NOISY * chain.noise,
-        ),
+        _noise(noise, chain.noise),
         _light(contrast(sums, ~hidden, tiles.size) if visible else float("nan")),
         _pattern(chain),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),

@@ -25,7 +25,7 @@ from rig.system.arrays import F64, AnyArray
 
 RECORDING = "recording"  # what the page calls the choice among recordings
 UNKNOWN = (math.inf, math.inf, 0.0)  # σ of touches from strain is not recorded
-NOT_KNOWN = (math.nan,) * 3  # σ of strain is not either
+NOT_KNOWN = math.nan, math.nan, math.nan  # σ of strain is not either
 WISHES = "play", "seek", "set"
 PACE = 1.0 / 30.0  # s between looks at what is asked for
 AGAIN = 0.25  # s after which a frame that stands still is given again: the page waits for one
