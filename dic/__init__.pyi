@@ -66,6 +66,7 @@ from .settings import (
     speckle_size as speckle_size,
     sub_pixel_bias as sub_pixel_bias,
 )
+from .tiles.smooth_gradient import tile_prefilter as tile_prefilter
 from .tiles.tile_field import (
     TileBlocks as TileBlocks,
     prepare_blocks as prepare_blocks,

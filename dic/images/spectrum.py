@@ -190,13 +190,27 @@ def error_budget(spectrum: Spectrum, sigma: float) -> Budget:
     return Budget(float(noise), float(random), float(bias))
 
 
-def aliasing_bias(spectrum: Spectrum) -> F64:
+def aliased_fraction(spectrum: Spectrum) -> float:
+    """Power that interpolation and aliasing leave of a moved image, over that of the pattern.
+
+    ∫(2 S E² + 4 S_a)/∫S, as in `error_budget`, at half a pixel: twice the mean over all motions.
+    """
+    pattern = spectrum.pattern
+    side = pattern.shape[0]
+    _, _, count = _waves(side)
+    wrong = pattern * _interpolation_error(side) + 2 * _folded(pattern)
+    return float(2 * np.sum(count * wrong) / np.sum(count * pattern))
+
+
+def aliasing_bias(spectrum: Spectrum, sigma: float = 0.0) -> F64:
     """By how much aliasing makes a motion of a quarter pixel along x and y look too small, (2,) px.
 
     Waves beyond Nyquist's frequency are folded back, and seem to move the other way:
-    ∫ωx S_a/∫ωx² S, as in `error_budget`.
+    ∫ωx S_a H²/∫ωx² S H², as in `error_budget` with a Gaussian of `sigma` px.
     """
-    wx, wy, count = _waves(spectrum.pattern.shape[0])
+    side = spectrum.pattern.shape[0]
+    wx, wy, count = _waves(side)
+    count = count * kept(side, sigma)
     folded = _FASTER * _folded(spectrum.pattern)
     bias = [
         np.sum(np.abs(wave) * count * folded) / np.sum(wave**2 * count * spectrum.pattern)

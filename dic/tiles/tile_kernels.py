@@ -23,13 +23,14 @@ def sums_in_place(
     image: AnyArray,
     reference: F32,
     gradient: F32,
-    origin: tuple[int, int],
-    size: int,
-    shape: tuple[int, int],
+    layout: tuple[tuple[int, int], int, tuple[int, int]],
     out: AnyArray,
 ) -> None:
-    """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the image."""
-    rows, columns = shape
+    """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the image.
+
+    `layout` is origin, size and shape of `Tiles`.
+    """
+    origin, size, (rows, columns) = layout
     columnwise = np.empty((5, size * columns), np.float32)
     wide = slice(origin[0], origin[0] + size * columns)
     for row in range(rows):
@@ -82,10 +83,9 @@ def spline_weights(t: float, value: AnyArray, slope: AnyArray) -> None:
 def sums_moved(
     image: AnyArray,
     coefficients: F32,
+    steep: F32 | None,
     flow: F64,
-    origin: tuple[int, int],
-    size: int,
-    shape: tuple[int, int],
+    layout: tuple[tuple[int, int], int, tuple[int, int]],
     out: AnyArray,
     hessian: F64,
     light: F64,
@@ -95,9 +95,12 @@ def sums_moved(
     That is its Hessian (T, 3) and its light (T, 6): beside the rim of the pattern a fraction of a
     pixel changes both many times.
 
+    Slopes are those of `steep`, the coefficients of a smoothed image, where there are such.
+
     What is computed of a tile lies in one piece of memory, a row after the other.
     """
-    reach, (height, width) = size + DEGREE, coefficients.shape
+    origin, size, shape = layout
+    reach = size + DEGREE
     patch, pixels = np.empty((reach, reach), np.float32), size * size
     values, slopes = np.empty(reach * size, np.float32), np.empty(reach * size, np.float32)
     g, f = np.empty(pixels, np.float32), np.empty(pixels, np.float32)
@@ -112,19 +115,31 @@ def sums_moved(
         spline_weights(-flow[tile, 0] - ix, wx, sx)
         spline_weights(-flow[tile, 1] - iy, wy, sy)
         x, y = left + ix - BEFORE, top + iy - BEFORE
-        if 0 <= x <= width - reach and 0 <= y <= height - reach:
-            _along(coefficients, x, y, wx, size, values)
-            _along(coefficients, x, y, sx, size, slopes)
-        else:
-            _cut(coefficients, x, y, patch)
-            _along(patch, 0, 0, wx, size, values)
-            _along(patch, 0, 0, sx, size, slopes)
+        _across(coefficients, x, y, (wx, sx), patch, values, slopes)
         _down(values, wy, size, f)
+        if steep is not None:
+            _across(steep, x, y, (wx, sx), patch, values, slopes)
         _down(slopes, wy, size, fx)
         _down(values, sy, size, fy)
         _seen(image, left, top, size, g)
         _add(g, f, fx, fy, out[tile])
         _own(f, fx, fy, hessian[tile], light[tile])
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _across(
+    array: F32, x: int, y: int, weights: tuple[F32, F32], patch: F32, values: F32, slopes: F32
+) -> None:
+    """Weigh the rows of a tile for values and slopes along x."""
+    (height, width), reach = array.shape, len(patch)
+    size, (value, slope) = reach - DEGREE, weights
+    if 0 <= x <= width - reach and 0 <= y <= height - reach:
+        _along(array, x, y, value, size, values)
+        _along(array, x, y, slope, size, slopes)
+    else:
+        _cut(array, x, y, patch)
+        _along(patch, 0, 0, value, size, values)
+        _along(patch, 0, 0, slope, size, slopes)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

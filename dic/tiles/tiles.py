@@ -12,14 +12,22 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import fft, ndimage
 
 from dic.arrays import F32, F64, AnyArray
 from dic.images.fourier import FADE, shifted
 from dic.images.image import check_image, check_pair, check_reference
-from dic.images.spectrum import Spectrum, aliasing_bias, error_budget, measure_spectrum
+from dic.images.prefilter import Prefilter, read_prefilter
+from dic.images.spectrum import (
+    Spectrum,
+    aliased_fraction,
+    aliasing_bias,
+    error_budget,
+    measure_spectrum,
+)
 from dic.numbers import check_array, check_type, read_array, read_integer, read_shape, shown
-from dic.tiles.tile_kernels import BEFORE, DEGREE, spline_weights, sums_in_place, sums_moved
+from dic.tiles.smooth_gradient import SmoothGradient, tile_scale
+from dic.tiles.tile_kernels import sums_in_place, sums_moved
+from dic.tiles.tile_spline import slopes_at_knots, tile_spline
 
 MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the image
 _SHIFT = 0.25  # px, at which interpolation errs most
@@ -88,7 +96,7 @@ class TileReference:
     gradient : (2, H, W) float32, grey levels per px
         ∂f/∂x and ∂f/∂y of the spline at the pixels.
     hessian : (T, 3) float64
-        Σfx², Σfxfy, Σfy² of each tile.
+        Σfx², Σfxfy, Σfy² of each tile; behind a prefilter those of its scaled gradient.
     light : (T, 6) float64
         Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion.
     bias : (2,) float64, px
@@ -96,6 +104,10 @@ class TileReference:
     aliasing : float, px
         Error of the motion of one tile that interpolation and aliasing leave, as the spectrum of
         the pattern predicts it (`dic.images.spectrum.error_budget`); 0 where it has none.
+    roughness : float
+        What these leave at most of a moved image, over the pattern, rms; predicted likewise.
+    smooth : SmoothGradient or None
+        In the place of the gradient behind a prefilter.
     """
 
     tiles: Tiles
@@ -106,6 +118,24 @@ class TileReference:
     light: F64
     bias: F64
     aliasing: float = 0.0
+    roughness: float = 0.0
+    smooth: SmoothGradient | None = None
+
+    @property
+    def prefilter(self) -> Prefilter:
+        """The Gaussian by which the gradient is smoothed, or none."""
+        return Prefilter() if self.smooth is None else self.smooth.prefilter
+
+    def motion_noise(self, noise: float) -> float:
+        """Noise of pixels by which a tile would err as it does, grey levels.
+
+        Behind a prefilter that is `noise`, of a frame less the reference, with what aliasing
+        leaves: such a pattern has that wherever it moves. Without one aliasing is little, or was
+        not asked about.
+        """
+        if self.smooth is None:
+            return noise
+        return float(np.hypot(noise, self.aliasing * np.sqrt(np.median(self.hessian[:, [0, 2]]))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +183,9 @@ def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
     return Tiles(size, origin, (rows, columns))
 
 
-def prepare_tiles(image: AnyArray, size: int = 16) -> TileReference:
+def prepare_tiles(
+    image: AnyArray, size: int = 16, prefilter: Prefilter | float | None = 0.0
+) -> TileReference:
     """Prepare a reference image for tile sums.
 
     Parameters
@@ -162,29 +194,72 @@ def prepare_tiles(image: AnyArray, size: int = 16) -> TileReference:
         The mean of several frames where they can be had: noise in ∇f makes motion look too small.
     size : int, px
         Side of a tile, 4 or more.
+    prefilter : Prefilter, float in px or None
+        Standard deviation of the Gaussian that the gradient passes twice, as if both images had
+        passed it once; 0 is none. None chooses from the image alone, `tile_prefilter` with the
+        noise of a frame.
 
     Raises
     ------
     ValueError
-        If the image cannot be used, or is too small for one tile.
+        If the image or the prefilter cannot be used, or the image is too small for one tile.
     """
     grey = check_reference(image).astype(np.float32)
     tiles = lay_tiles(grey.shape, size)
+    everywhere = np.ones(grey.shape, dtype=np.bool_)
+    chosen = read_prefilter(prefilter, grey, everywhere, size)
     f = grey.astype(np.float64)
-    coefficients = _spline_coefficients(f)
-    fx, fy = gradient = _spline_gradient(coefficients)
+    coefficients = tile_spline(f)
+    gradient = slopes_at_knots(coefficients)
     reference = TileReference(
         tiles=tiles,
         image=grey,
         coefficients=coefficients.astype(np.float32),
         gradient=gradient.astype(np.float32),
-        hessian=np.column_stack([tiles.sums(a) for a in (fx * fx, fx * fy, fy * fy)]),
-        light=np.column_stack([tiles.sums(a) for a in (fx * f, fy * f, fx, fy, f * f, f)]),
+        hessian=_products(tiles, gradient),
+        light=_light(tiles, gradient, f),
         bias=np.zeros(2),
     )
-    spectrum = measure_spectrum(grey, np.ones(grey.shape, dtype=np.bool_))
-    aliasing = error_budget(spectrum, 0.0).random / size if spectrum else 0.0
-    return replace(reference, bias=_interpolation_bias(reference, spectrum), aliasing=aliasing)
+    if chosen.sigma:
+        reference = _smoothed(reference, chosen, gradient)
+    spectrum = measure_spectrum(grey, everywhere)
+    if spectrum is None:
+        return replace(reference, bias=_interpolation_bias(reference, None))
+    return replace(
+        reference,
+        bias=_interpolation_bias(reference, spectrum),
+        aliasing=error_budget(spectrum, chosen.sigma).random / size,
+        roughness=aliased_fraction(spectrum) ** 0.5,
+    )
+
+
+def _smoothed(reference: TileReference, prefilter: Prefilter, gradient: F64) -> TileReference:
+    """Read frames by a smoothed gradient; that of the reference is (2, H, W)."""
+    tiles, f = reference.tiles, reference.image.astype(np.float64)
+    coefficients = tile_spline(prefilter.apply(prefilter.apply(f)).astype(np.float64))
+    slopes = slopes_at_knots(coefficients)
+    products = _products(tiles, slopes)
+    mixed = np.stack([np.stack([tiles.sums(a * b) for b in gradient], -1) for a in slopes], 1)
+    smooth = SmoothGradient(
+        prefilter,
+        coefficients.astype(np.float32),
+        slopes.astype(np.float32),
+        tile_scale(mixed, products),
+    )
+    hessian, light = smooth.hessian(products), smooth.light(_light(tiles, slopes, f))
+    return replace(reference, hessian=hessian, light=light, smooth=smooth)
+
+
+def _products(tiles: Tiles, slopes: F64) -> F64:
+    """Sum the products of slopes (2, H, W) over each tile, (T, 3)."""
+    fx, fy = slopes
+    return np.column_stack([tiles.sums(a) for a in (fx * fx, fx * fy, fy * fy)])
+
+
+def _light(tiles: Tiles, slopes: F64, f: F64) -> F64:
+    """Give `TileReference.light` of an image (H, W) with such slopes."""
+    fx, fy = slopes
+    return np.column_stack([tiles.sums(a) for a in (fx * f, fy * f, fx, fy, f * f, f)])
 
 
 def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None) -> TileSums:
@@ -209,9 +284,10 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
     count = len(reference.hessian)
     layout = tiles.origin, tiles.size, tiles.shape
     sums = np.empty((count, 5))
-    hessian, light = reference.hessian, reference.light
+    hessian, light, smooth = reference.hessian, reference.light, reference.smooth
     if flow is None:
-        sums_in_place(image, reference.image, reference.gradient, *layout, sums)
+        slopes = reference.gradient if smooth is None else smooth.gradient
+        sums_in_place(image, reference.image, slopes, layout, sums)
         flow = np.zeros((count, 2))
     else:
         flow = read_array(flow, "flow", "px")
@@ -221,8 +297,12 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
                 f"got shape {flow.shape} and motions up to {np.abs(flow).max(initial=0):g} px"
             )
         hessian, light = np.empty((count, 3)), np.empty((count, 6))
-        sums_moved(image, reference.coefficients, flow, *layout, sums, hessian, light)
-    return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], hessian, light, flow)
+        steep = None if smooth is None else smooth.coefficients
+        sums_moved(image, reference.coefficients, steep, flow, layout, sums, hessian, light)
+        if smooth is not None:
+            hessian, light = smooth.hessian(hessian), smooth.light(light)
+    gradient = sums[:, :2] if smooth is None else smooth.vectors(sums[:, :2])
+    return TileSums(gradient, sums[:, 2], sums[:, 3], sums[:, 4], hessian, light, flow)
 
 
 def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:
@@ -269,44 +349,6 @@ def _interpolation_bias(reference: TileReference, spectrum: Spectrum | None) -> 
     flow = np.full((len(tiles.xy), 2), _SHIFT)
     sums = tile_sums(reference, shifted(reference.image, (_SHIFT, _SHIFT)), flow)
     bias = -sums.gradient[inside].sum(axis=0) / hessian
-    aliased = aliasing_bias(spectrum) if spectrum else np.zeros(2)
+    aliased = aliasing_bias(spectrum, reference.prefilter.sigma) if spectrum else np.zeros(2)
     left = np.maximum(bias - aliased, 0.0)
     return left * np.minimum(1.0, 2.0 * left / np.maximum(bias, _SHIFT * 1e-9))
-
-
-def _spline_coefficients(f: F64) -> F64:
-    """Coefficients of the B-spline through f (H, W), mirrored at the borders.
-
-    Under the cosine transform its values at the knots are a product, which is divided out.
-    """
-    value, _ = _at_a_knot()
-
-    def response(count: int) -> F64:
-        waves = np.pi * np.arange(count) / (count - 1)
-        return sum((w * np.cos((k - BEFORE) * waves) for k, w in enumerate(value)), np.zeros(()))
-
-    down, across = (response(count) for count in f.shape)
-    spectrum = np.asarray(fft.dctn(f, type=1)) / np.outer(down, across)
-    return np.asarray(fft.idctn(spectrum, type=1))
-
-
-def _spline_gradient(coefficients: F64) -> F64:
-    """∂/∂x and ∂/∂y of the B-spline at its knots, (2, H, W)."""
-    value, slope = _at_a_knot()
-
-    def along(array: F64, weights: F64, axis: int) -> F64:
-        return np.asarray(ndimage.correlate1d(array, weights, axis=axis, mode="mirror"))
-
-    return np.stack(
-        [
-            along(along(coefficients, slope, 1), value, 0),
-            along(along(coefficients, value, 1), slope, 0),
-        ]
-    )
-
-
-def _at_a_knot() -> tuple[F64, F64]:
-    """Weigh the knots -3 … 3 for value and slope at a knot, (7,) each."""
-    value, slope = np.empty(DEGREE + 1), np.empty(DEGREE + 1)
-    spline_weights(0.0, value, slope)
-    return value[:DEGREE], slope[:DEGREE]

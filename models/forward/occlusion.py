@@ -15,7 +15,7 @@ from models.arrays import F64, Mask
 from models.compiled import njit
 
 LIMIT = 8.0  # standard deviations of χ² above its mean
-ROUGH = 0.05  # of the pattern, which moving it by interpolation may leave unexplained
+ROUGH = 0.05  # of the pattern, which moving it may leave unexplained where less is predicted
 DIMMED = 0.5  # change of the gain against that of the image: more than the shadow of a hand
 VISIBLE = 0.75  # quantile of the gain that is that of the image: flat things have a lower one
 UNKNOWNS = 4  # shift in x and y, gain, offset
@@ -45,7 +45,8 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask
         sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef, pixels
     )
     freedom = pixels - UNKNOWNS
-    allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + ROUGH**2 * texture
+    rough = max(ROUGH, reference.roughness)
+    allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + rough**2 * texture
     # Where a tile shows little, a shift and a gain look alike, and neither is known.
     usual = np.quantile(gain, VISIBLE)
     dimmed = np.abs(gain - usual) > DIMMED + LIMIT * noise * unsure

@@ -153,7 +153,13 @@ class Bench:
             if self.known is not None:
                 known = KnownBench(self.known, self.camera, self.row_time)
             chain = prepare_chain(
-                reference, self.motions, self.max_touches, known, self.in_time, self.start
+                reference,
+                self.motions,
+                self.max_touches,
+                known,
+                self.in_time,
+                self.start,
+                self.dic.prefilter,
             )
         except np.linalg.LinAlgError:
             raise ValueError(

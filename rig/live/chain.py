@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dic import TileBlocks, TileReference, prepare_blocks, prepare_tiles
+from dic import TileBlocks, TileReference, prepare_blocks, prepare_tiles, tile_prefilter
 from models import Estimator, ImageMotions, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
 from rig.live.illumination import without_gain_offset
@@ -35,6 +35,9 @@ class Chain:
     masked_models : MaskedModels
         Of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
+        By which the motion of tiles errs, see `TileReference.motion_noise`.
+    pixel_noise : float, grey levels
+        Of a frame less the reference.
     weight : (T,) float64
         Of the motion that each tile shows, by its own noise.
     in_time : PlateInTime or None
@@ -47,6 +50,7 @@ class Chain:
     tiles: TileBlocks
     masked_models: MaskedModels
     noise: float
+    pixel_noise: float
     weight: F64
     in_time: PlateInTime | None = None
     start: TouchStart | None = None
@@ -69,11 +73,20 @@ def prepare_chain(
     known: KnownBench | None = None,
     in_time: PlateInTime | None = None,
     net: models.TouchNet | None = None,
+    prefilter: float | None = None,
 ) -> Chain:
-    """Prepare the chain for a reference, on a bench of which so much is known."""
-    tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
+    """Prepare the chain for a reference, on a bench of which so much is known.
+
+    A prefilter, px, is chosen where none is given.
+    """
+    image, size = reference.image, motions.tiles.size
+    given = tile_prefilter(image, size, reference.noise) if prefilter is None else prefilter
+    tile_reference = prepare_tiles(image, size, given)
+    noise = tile_reference.motion_noise(reference.noise)
     tiles = prepare_blocks(tile_reference, 1)
-    weight = tile_weights(reference.image, noise, reference.curve, motions.tiles)
+    aliased = noise**2 - reference.noise**2
+    curve = None if reference.curve is None else reference.curve + aliased
+    weight = tile_weights(image, noise, curve, motions.tiles)
     pattern = prepare_pattern(motions, without_gain_offset(tiles, weight))
     if known is not None:
         pattern = known.seen(pattern)
@@ -81,7 +94,7 @@ def prepare_chain(
     estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=bench)
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
-    return Chain(tile_reference, tiles, masked, noise, weight, in_time, start)
+    return Chain(tile_reference, tiles, masked, noise, reference.noise, weight, in_time, start)
 
 
 @dataclass(frozen=True, eq=False)

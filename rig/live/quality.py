@@ -22,12 +22,12 @@ def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
     hidden, sums, tiles = frame_estimate.hidden, frame_estimate.sums, chain.reference.tiles
     estimate = frame_estimate.from_pattern or frame_estimate.estimate
     visible = 1.0 - float(np.mean(hidden))
-    noise = noise_from_sums(sums, tiles)
+    noise, at_rest = noise_from_sums(sums, tiles), chain.pixel_noise
     shift = float(np.hypot(*frame_estimate.state.motion[chain.pattern.count :][:2]))
     return (
         Sign("visible pattern", f"{visible:.0%}", visible < 1.0 - SLIGHT),
         _fit(estimate, bool(frame_estimate.unusable_reason)),
-        _noise(noise, chain.noise),
+        _noise(noise, at_rest),
         _light(contrast(sums, ~hidden, tiles.size) if visible else float("nan")),
         _pattern(chain),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
@@ -49,10 +49,12 @@ def _noise(noise: float, at_rest: float) -> Sign:
 
 def _pattern(chain: Chain) -> Sign:
     """Error that too fine a pattern leaves in a tile; it warns where noise leaves less."""
-    noise = chain.noise / float(np.sqrt(np.median(chain.reference.hessian[:, (0, 2)])))
-    aliasing = chain.reference.aliasing
+    reference = chain.reference
+    noise = chain.pixel_noise / float(np.sqrt(np.median(reference.hessian[:, (0, 2)])))
+    aliasing, sigma = reference.aliasing, reference.prefilter.sigma
     too_fine = aliasing > noise
     text = f"{aliasing:.3f} px aliased"
+    text += f", Gaussian of {sigma:g} px" if sigma else ""
     return Sign("pattern", f"{text}: defocus" if too_fine else text, too_fine)
 
 

@@ -71,7 +71,7 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
     with watch.stage("correlate"):
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
     with watch.stage("mask"):
-        hidden = hidden_tiles(chain.reference, sums, chain.noise)
+        hidden = hidden_tiles(chain.reference, sums, chain.pixel_noise)
         why, pattern = unusable_reason(chain.reference, sums, hidden), chain.pattern
         if not why:
             try:

@@ -44,7 +44,7 @@ def rehearsal(chain: Chain, force: float, report: Report = quiet) -> Iterator[Fr
     scenes = _scenes(chain, force)
     for number, (what, light) in enumerate(scenes.items()):
         report(number, len(scenes), what)
-        yield Frame(number, number / RATE, _exposed(light, chain.noise, number))
+        yield Frame(number, number / RATE, _exposed(light, chain.pixel_noise, number))
     report(len(scenes), len(scenes), "ready")
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.quantity import Angle, Count, Force, Length, Ratio, odd
+from rig.scene.quantity import Angle, Count, Force, Length, Pixels, Ratio, odd
 from rig.scene.section import Section
 
 
@@ -27,6 +27,16 @@ class DicSection(Section):
     reference_frames: Count = Field(
         16, ge=2, le=10_000, description="frames averaged into the reference"
     )
+    prefilter: Annotated[Pixels, Field(ge=0, le=5)] | None = Field(
+        None,
+        description="Gaussian that smooths the gradient of the pattern, px; 0 is none"
+        ' ["auto": by its spectrum and the noise]',
+    )
+
+    @field_validator("prefilter", mode="before")
+    @classmethod
+    def _chosen(cls, value: Any) -> Any:
+        return None if value == "auto" else value
 
     @field_validator("subset", "window")
     @classmethod
