@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from dic.arrays import F32, AnyArray, Mask
-from dic.images.spectrum import error_budget, measure_spectrum
+from dic.images.spectrum import Budget, Spectrum, error_budget, measure_spectrum
 from dic.numbers import read_real
 
 SIGMAS = (0.0, 0.8, 1.1, 1.5, 2.0)
@@ -124,13 +124,36 @@ def choose_prefilter(
     The smallest Gaussian that comes near the best is taken, and none where the best gains little:
     a filter flattens the pattern, and what is gained beside strong noise is lost in resolution.
     """
-    spectrum = measure_spectrum(image, roi)
+    spectrum = _measured(image, roi, noise)
     if spectrum is None:
         return Prefilter()
-    if noise is not None:
-        spectrum = replace(spectrum, noise=noise**2)
-    budgets = [error_budget(spectrum, sigma) for sigma in SIGMAS]
-    errors = np.array([budget.of_subset(subset**2) for budget in budgets])
+    return _smallest_near_best(spectrum, [error_budget(spectrum, s) for s in SIGMAS], subset)
+
+
+def choose_tile_prefilter(image: AnyArray, size: int, noise: float) -> Prefilter:
+    """Choose likewise for tiles of `size` px of a reference without noise.
+
+    `noise` is that of a frame less the reference, in grey levels. The bias of interpolation does
+    not count: tile sums have it taken off.
+    """
+    spectrum = _measured(image, np.ones(image.shape, dtype=np.bool_), noise / np.sqrt(2))
+    if spectrum is None:
+        return Prefilter()
+    budgets = [replace(error_budget(spectrum, s), bias=0.0) for s in SIGMAS]
+    return _smallest_near_best(spectrum, budgets, size)
+
+
+def _measured(image: AnyArray, roi: Mask, noise: float | None) -> Spectrum | None:
+    """Spectrum of a pattern, with the noise of a frame where it is known."""
+    spectrum = measure_spectrum(image, roi)
+    if spectrum is None or noise is None:
+        return spectrum
+    return replace(spectrum, noise=noise**2)
+
+
+def _smallest_near_best(spectrum: Spectrum, budgets: list[Budget], side: int) -> Prefilter:
+    """Take one of `SIGMAS` by the error that is predicted of a square of `side` px."""
+    errors = np.array([budget.of_subset(side**2) for budget in budgets])
     best = errors.min()
     near = errors <= _NEAR * best
     near[0] = errors[0] <= _GAIN * best + _MATTERS

@@ -13,7 +13,7 @@ import numpy as np
 
 from dic.arrays import F32, F64, AnyArray
 from dic.images.image import check_reference
-from dic.images.prefilter import Prefilter, choose_prefilter
+from dic.images.prefilter import Prefilter, choose_tile_prefilter
 from dic.numbers import read_integer, read_real
 
 _FLAT = 1e-6  # of the median Σφ²: added to that of each tile, since one without pattern has none
@@ -43,12 +43,21 @@ class SmoothGradient:
 
     def vectors(self, sums: F64) -> F64:
         """Scale Σφe of each tile, (T, 2)."""
-        return (self.scale @ sums[:, :, None])[:, :, 0]
+        (a, b), (c, d) = self.scale.transpose(1, 2, 0)  # ten times as fast as products of matrices
+        x, y = sums.T
+        return np.column_stack([a * x + b * y, c * x + d * y])
 
     def hessian(self, products: F64) -> F64:
         """Scale Σφxφx, Σφxφy, Σφyφy of each tile, (T, 3)."""
-        scaled = self.scale @ products[:, [[0, 1], [1, 2]]] @ self.scale.transpose(0, 2, 1)
-        return scaled.reshape(-1, 4)[:, [0, 1, 3]]
+        (a, b), (c, d) = self.scale.transpose(1, 2, 0)
+        xx, xy, yy = products.T
+        return np.column_stack(
+            [
+                a * a * xx + 2 * a * b * xy + b * b * yy,
+                a * c * xx + (a * d + b * c) * xy + b * d * yy,
+                c * c * xx + 2 * c * d * xy + d * d * yy,
+            ]
+        )
 
     def light(self, sums: F64) -> F64:
         """Scale Σφx f, Σφy f, Σφx, Σφy of each tile, beside Σf², Σf, (T, 6)."""
@@ -75,9 +84,7 @@ def tile_prefilter(image: AnyArray, size: int, noise: float) -> Prefilter:
     grey = check_reference(image)
     size = read_integer(size, "tile size", "px")
     noise = read_real(noise, "noise", "grey levels")
-    everywhere = np.ones(grey.shape, dtype=np.bool_)
-    # `choose_prefilter` takes both images for as noisy.
-    return choose_prefilter(grey, everywhere, size, noise / np.sqrt(2))
+    return choose_tile_prefilter(grey, size, noise)
 
 
 def tile_scale(mixed: F64, products: F64) -> F64:

@@ -115,10 +115,13 @@ def sums_moved(
         spline_weights(-flow[tile, 0] - ix, wx, sx)
         spline_weights(-flow[tile, 1] - iy, wy, sy)
         x, y = left + ix - BEFORE, top + iy - BEFORE
-        _across(coefficients, x, y, (wx, sx), patch, values, slopes)
+        _across(coefficients, x, y, wx, patch, values)
         _down(values, wy, size, f)
-        if steep is not None:
-            _across(steep, x, y, (wx, sx), patch, values, slopes)
+        if steep is None:
+            _across(coefficients, x, y, sx, patch, slopes)
+        else:
+            _across(steep, x, y, wx, patch, values)
+            _across(steep, x, y, sx, patch, slopes)
         _down(slopes, wy, size, fx)
         _down(values, sy, size, fy)
         _seen(image, left, top, size, g)
@@ -127,19 +130,14 @@ def sums_moved(
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _across(
-    array: F32, x: int, y: int, weights: tuple[F32, F32], patch: F32, values: F32, slopes: F32
-) -> None:
-    """Weigh the rows of a tile for values and slopes along x."""
+def _across(array: F32, left: int, top: int, weights: F32, patch: F32, out: F32) -> None:
+    """Weigh the rows of a tile along x, also beyond the border; `patch` is for that."""
     (height, width), reach = array.shape, len(patch)
-    size, (value, slope) = reach - DEGREE, weights
-    if 0 <= x <= width - reach and 0 <= y <= height - reach:
-        _along(array, x, y, value, size, values)
-        _along(array, x, y, slope, size, slopes)
+    if 0 <= left <= width - reach and 0 <= top <= height - reach:
+        _along(array, left, top, weights, reach - DEGREE, out)
     else:
-        _cut(array, x, y, patch)
-        _along(patch, 0, 0, value, size, values)
-        _along(patch, 0, 0, slope, size, slopes)
+        _cut(array, left, top, patch)
+        _along(patch, 0, 0, weights, reach - DEGREE, out)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

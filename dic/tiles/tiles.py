@@ -31,6 +31,7 @@ from dic.tiles.tile_spline import slopes_at_knots, tile_spline
 
 MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the image
 _SHIFT = 0.25  # px, at which interpolation errs most
+_MINOR = 0.3  # of the noise: what aliasing leaves would widen σ by less than 5 % and is left out
 
 
 @dataclass(frozen=True)
@@ -129,13 +130,11 @@ class TileReference:
     def motion_noise(self, noise: float) -> float:
         """Noise of pixels by which a tile would err as it does, grey levels.
 
-        Behind a prefilter that is `noise`, of a frame less the reference, with what aliasing
-        leaves: such a pattern has that wherever it moves. Without one aliasing is little, or was
-        not asked about.
+        That is `noise`, of a frame less the reference, with what aliasing leaves: little of it is
+        there while nothing moves, and a σ that leaves it out holds only then.
         """
-        if self.smooth is None:
-            return noise
-        return float(np.hypot(noise, self.aliasing * np.sqrt(np.median(self.hessian[:, [0, 2]]))))
+        aliased = self.aliasing * float(np.sqrt(np.median(self.hessian[:, [0, 2]])))
+        return noise if aliased < _MINOR * noise else float(np.hypot(noise, aliased))
 
 
 @dataclass(frozen=True, eq=False)
