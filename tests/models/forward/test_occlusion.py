@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 import models
 import synthetic
-from dic.tiles.tiles import tile_sums
+from dic.tiles.tiles import prepare_tiles, tile_sums
 from models import Result
 
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`
@@ -105,3 +106,24 @@ def test_a_covered_camera_is_refused_in_one_sentence(bench):
     hidden = np.ones(len(bench.reference.hessian), dtype=bool)
     with pytest.raises(ValueError, match=r"^100% of the tiles are hidden, .*; clear the view$"):
         bench.pattern.hiding(hidden)
+
+
+@pytest.mark.parametrize("prefilter", [0.0, 0.8])
+def test_a_hard_print_that_moved_hides_nothing_and_a_hand_before_it_is_hidden(prefilter):
+    """Blots of 2 px, drawn on a grid of an eighth of a px and moved there by half a pixel."""
+    fine = ndimage.gaussian_filter(np.random.default_rng(4).normal(size=(8 * 168, 8 * 232)), 7.0)
+    rest, moved = (
+        np.roll(np.where(fine > 0, 220.0, 40.0), 4 * k, axis=1)
+        .reshape(168, 8, 232, 8)
+        .mean(axis=(1, 3))
+        for k in (0, 1)
+    )
+    reference = prepare_tiles(rest, 16, prefilter)
+    moved = moved + np.random.default_rng(5).normal(0, NOISE, rest.shape)
+    flow = np.tile((0.5, 0.0), (len(reference.hessian), 1))
+    assert not models.hidden_tiles(reference, tile_sums(reference, moved, flow), NOISE).any()
+    covered = reference.tiles.xy[:, 0] > 140
+    moved[:, 128:] = 90.0
+    hidden = models.hidden_tiles(reference, tile_sums(reference, moved, flow), NOISE)
+    assert hidden[covered].all()
+    assert hidden[reference.tiles.xy[:, 0] < 104].mean() < 0.02

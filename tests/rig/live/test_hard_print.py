@@ -1,0 +1,70 @@
+"""A print with hard edges before the live loop: its prefilter is chosen, told and said."""
+
+import time
+
+import fe
+import numpy as np
+import pytest
+
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.quality import signs
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
+
+HARD = {"pattern.softness": 0.1}
+FORCE = 3.0  # N
+PLACES = [(90.0 + 0.7 * k, 120.0 - 0.4 * k) for k in range(10)]  # mm
+
+
+@pytest.fixture
+def chain_and_twin(small):
+    """Prepare the chain of a scene that is changed as asked."""
+
+    def make(overrides):
+        scene = small(overrides)
+        twin = build_twin(scene)
+        zero = average_reference([twin.frame(k, ()) for k in range(16)])
+        return build_bench(scene, lambda done, total: None).prepare(zero)[0], twin
+
+    return make
+
+
+def estimates(chain, twin):
+    """Give what is seen of the same force at ten places."""
+    for k, (x, y) in enumerate(PLACES):
+        image = twin.frame(20 + k, (fe.Touch(x, y, FORCE),))
+        yield estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+
+
+def test_forces_on_a_hard_print_are_right_behind_the_chosen_filter(chain_and_twin):
+    """Aliasing makes motion look too small, and the filter leaves a third of that."""
+    bias = {}
+    for told in ("auto", 0.0):
+        chain, twin = chain_and_twin(HARD | {"dic.prefilter": told})
+        found = list(estimates(chain, twin))
+        assert all(each.estimate.count == 1 for each in found)
+        assert not any(each.hidden.any() for each in found)
+        forces = np.array([each.estimate.force[0] for each in found])
+        sigma = np.sqrt([each.estimate.covariance[2, 2] for each in found])
+        bias[told] = abs(forces.mean() - FORCE)
+        assert (np.abs(forces - FORCE) < 4.0 * sigma).all()
+    assert bias["auto"] < 0.03 * FORCE
+    assert bias["auto"] < 0.5 * bias[0.0]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sigma"),
+    [({}, 0.0), (HARD, 0.8), (HARD | {"dic.prefilter": "1.2 px"}, 1.2)],
+)
+def test_the_filter_is_chosen_or_told_and_stands_with_the_pattern(chain_and_twin, overrides, sigma):
+    chain, twin = chain_and_twin(overrides)
+    assert chain.reference.prefilter.sigma == sigma
+    image = twin.frame(20, ())
+    frame_estimate = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+    (sign,) = (each for each in signs(chain, frame_estimate) if each.name == "pattern")
+    assert (f"Gaussian of {sigma:g} px" in sign.says) == (sigma > 0)
+    if not sigma:
+        assert chain.noise == chain.pixel_noise
