@@ -2,10 +2,10 @@
 
 import time
 
-import fe
 import numpy as np
 import pytest
 
+import fe
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.chain import at_rest
