@@ -1,4 +1,4 @@
-"""A print with hard edges before the live loop: its prefilter is chosen, told and said."""
+"""A print with hard edges before the live loop: its prefilter is chosen or set, and said."""
 
 import time
 
@@ -42,14 +42,14 @@ def estimates(chain, twin):
 def test_forces_on_a_hard_print_are_right_behind_the_chosen_filter(chain_and_twin):
     """Aliasing makes motion look too small, and the filter leaves a third of that."""
     bias = {}
-    for told in ("auto", 0.0):
-        chain, twin = chain_and_twin(HARD | {"dic.prefilter": told})
+    for given in ("auto", 0.0):
+        chain, twin = chain_and_twin(HARD | {"dic.prefilter": given})
         found = list(estimates(chain, twin))
         assert all(each.estimate.count == 1 for each in found)
         assert not any(each.hidden.any() for each in found)
         forces = np.array([each.estimate.force[0] for each in found])
         sigma = np.sqrt([each.estimate.covariance[2, 2] for each in found])
-        bias[told] = abs(forces.mean() - FORCE)
+        bias[given] = abs(forces.mean() - FORCE)
         assert (np.abs(forces - FORCE) < 4.0 * sigma).all()
     assert bias["auto"] < 0.03 * FORCE
     assert bias["auto"] < 0.5 * bias[0.0]
