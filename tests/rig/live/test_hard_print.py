@@ -59,7 +59,7 @@ def test_forces_on_a_hard_print_are_right_behind_the_chosen_filter(chain_and_twi
     ("overrides", "sigma"),
     [({}, 0.0), (HARD, 0.8), (HARD | {"dic.prefilter": "1.2 px"}, 1.2)],
 )
-def test_the_filter_is_chosen_or_told_and_stands_with_the_pattern(chain_and_twin, overrides, sigma):
+def test_the_filter_is_chosen_or_set_and_stands_with_the_pattern(chain_and_twin, overrides, sigma):
     chain, twin = chain_and_twin(overrides)
     assert chain.reference.prefilter.sigma == sigma
     image = twin.frame(20, ())
