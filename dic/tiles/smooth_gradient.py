@@ -79,10 +79,12 @@ def tile_prefilter(image: AnyArray, size: int, noise: float) -> Prefilter:
     Raises
     ------
     ValueError
-        If the image cannot be used, or a number is none.
+        If the image cannot be used, the tiles are smaller than 4 px, or a number is none.
     """
     grey = check_reference(image)
     size = read_integer(size, "tile size", "px")
+    if size < 4:
+        raise ValueError(f"tile size must be 4 px or more, got {size} px; choose a larger one")
     noise = read_real(noise, "noise", "grey levels")
     return choose_tile_prefilter(grey, size, noise)
 

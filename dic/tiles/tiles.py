@@ -99,7 +99,8 @@ class TileReference:
     hessian : (T, 3) float64
         Σfx², Σfxfy, Σfy² of each tile; behind a prefilter those of its scaled gradient.
     light : (T, 6) float64
-        Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion.
+        Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion;
+        behind a prefilter likewise.
     bias : (2,) float64, px
         By how much interpolation makes a motion of a quarter pixel along x and y look too large.
     aliasing : float, px

@@ -130,5 +130,7 @@ def test_what_is_no_filter_no_noise_or_no_pattern_is_refused():
         dic.prepare_tiles(image, SIZE, 9.0)
     with pytest.raises(ValueError, match=r"noise .*grey levels.*nan"):
         dic.tile_prefilter(image, SIZE, float("nan"))
+    with pytest.raises(ValueError, match=r"tile size must be 4 px or more, got 0 px"):
+        dic.tile_prefilter(image, 0, 1.0)
     with pytest.raises(ValueError, match="blank"):
         dic.tile_prefilter(np.full(SHAPE, 7.0), SIZE, 1.0)
