@@ -6,7 +6,7 @@ Touches far apart are gathered as they come. Where half of them do not fit, caus
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from functools import partial
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 import models
 import synthetic
 from rig.live.baseline import is_consistent
+from rig.live.beside import beside, failure
 from rig.live.chain import Chain
 from rig.live.frame_estimate import FrameEstimate, touches_of
 from rig.live.known_bench import KnownBench
@@ -74,8 +75,16 @@ class Diagnosing:
         if self._work is None:
             self._gather(found, chain, known)
         elif self._waits or self._work.done():
-            self.sentence, self._work = self._work.result(), None
-            self.notice.say(self.sentence)
+            self._name(self._work)
+            self._work = None
+
+    def _name(self, work: Future[str]) -> None:
+        """Take what was worked out, or say why there is nothing."""
+        if why := failure("the diagnosis", work):
+            self.notice.say(f"what does not fit is not named: {why}; the next are tried")
+            return
+        self.sentence = work.result()
+        self.notice.say(self.sentence)
 
     def _gather(self, found: FrameEstimate, chain: Chain, known: models.BenchEstimate) -> None:
         press = self._press(found, chain)
@@ -91,7 +100,8 @@ class Diagnosing:
             self.sentence = ""
         elif not self.sentence:
             known_bench = KnownBench(known, self._camera)
-            self._work = _beside(partial(_diagnosed, chain, known_bench, presses))
+            diagnose = partial(_diagnosed, chain, known_bench, presses)
+            self._work = beside("diagnosing", diagnose)
 
     def _press(self, found: FrameEstimate, chain: Chain) -> models.Press | None:
         """Take the strongest touch of a frame; None where others fit, or it lies near another."""
@@ -111,24 +121,22 @@ class Diagnosing:
         return models.Press.of_frames(found.measured, touch, unknown, frames, whitening)
 
 
-def _beside(make: partial[str]) -> Future[str]:
-    """Work something out beside the loop."""
-    worker = ThreadPoolExecutor(1, "diagnosing")
-    made = worker.submit(make)
-    worker.shutdown(wait=False)
-    return made
-
-
 def _diagnosed(chain: Chain, known: KnownBench, presses: tuple[models.Press, ...]) -> str:
-    """Name what explains touches; empty where the bench does as it is described."""
+    """Name what explains touches; empty where the bench does as it is described.
+
+    Raises
+    ------
+    ValueError
+        If the descent does not end.
+    """
     forward = chain.pattern.forward(chain.noise)
     if not isinstance(forward, models.BenchForward):
         return ""
     look = known.look(chain.pattern)
     try:
         found = models.diagnose(forward.apart(), presses, known.estimate, look)
-    except np.linalg.LinAlgError:
-        return ""
+    except np.linalg.LinAlgError as error:
+        raise ValueError(f"{len(presses)} touches do not tell causes apart ({error})") from error
     if not found.explained:
         return f"Nothing of the bench alone explains it: {models.NO_CAUSE}."
     return found.sentence if found.named else ""

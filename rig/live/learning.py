@@ -11,8 +11,7 @@ A bench of which nothing is known but its scene is found from its first touches 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
 from math import hypot, inf
@@ -23,6 +22,7 @@ from scipy.linalg import solve_triangular
 import models
 from models import BenchEstimate, BenchForward, Result
 from rig.live.baseline import is_consistent
+from rig.live.beside import beside, failure
 from rig.live.chain import Chain
 from rig.live.first_touches import FirstTouches, NextBench
 from rig.live.frame_estimate import FrameEstimate
@@ -216,10 +216,15 @@ class Learning:
         if work.wait > 1 or not (self._waits or work.first is None or work.made.done()):
             self._work = replace(work, wait=work.wait - 1)
             return None
-        self._work, known = None, work.made.result()
+        self._work, why = None, failure("the learning of the bench", work.made)
+        known = None if why else work.made.result()
         if work.first is not None:
-            return self._found(known, work.weighed, work.first, chain)
-        return self._moved(known, work.weighed, chain)
+            known = self._found(known, work.weighed, work.first, chain)
+        else:
+            known = self._moved(known, work.weighed, chain)
+        if why:
+            self.notice.say(f"the bench stays as it was known: {why}")
+        return known
 
     def _moved(
         self, known: NextBench | None, weighed: float | None, chain: Chain
@@ -337,24 +342,16 @@ class Learning:
             self.learned = replace(self.learned, gathered=self.learned.gathered + 1)
         if self._first is not None and self._first.due:
             find = partial(self._first.find, chain.pattern, chain.noise)
-            self._work = _Work(_beside(find), 1, weight, self._first)
+            self._work = _Work(beside("learning", find), 1, weight, self._first)
         elif self._first is None or weight is not None:
             learn = partial(_learned, forward.apart(), self.bench, press, held.left)
-            self._work = _Work(_beside(learn), LATER, weight)
+            self._work = _Work(beside("learning", learn), LATER, weight)
 
     def _is_new(self, time: float, touch: F64) -> bool:
         if self._last is None:
             return True
         then, before = self._last
         return time - then > _LONG_AGO or hypot(*(touch[:2] - before[:2])) > _ELSEWHERE
-
-
-def _beside(make: Callable[[], NextBench | None]) -> Future[NextBench | None]:
-    """Work something out beside the loop."""
-    worker = ThreadPoolExecutor(1, "learning")
-    made = worker.submit(make)
-    worker.shutdown(wait=False)
-    return made
 
 
 def _learned(

@@ -5,13 +5,14 @@ Frames are gathered as they come, and what they need is prepared beside the loop
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from functools import partial
 
 import numpy as np
 
 from rig.live.baseline import average_reference, is_consistent, moved_during_reference
 from rig.live.bench import Bench, PreparedBench
+from rig.live.beside import beside, failure
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.quality import BUMPED
 from rig.live.visibility import SLIGHT
@@ -84,17 +85,15 @@ class Tare:
         if self._next is None or not self._next.done():
             return None
         made, self._next = self._next, None
-        try:
-            prepared = made.result()
-        except ValueError as error:
-            self._refuse(str(error))
+        if why := failure("the tare", made):
+            self._refuse(why)
             return None
         self._shift = self._taken_at
         self._say(
             f"tare: the reference is renewed from {self._bench.reference_frames} frames; the camera"
             f" has moved by {float(np.linalg.norm(self._shift)):.2f} px since the start"
         )
-        return prepared
+        return made.result()
 
     def current_notice(self, time: float) -> str:
         """Give the notice for `SHOWN` seconds after it was first given; `time` is a capture's."""
@@ -104,9 +103,7 @@ class Tare:
 
     def _prepare(self, images: list[Grey], shift: F64) -> None:
         self._images, self._taken_at = None, self._shift + shift
-        worker = ThreadPoolExecutor(1, "tare")
-        self._next = worker.submit(partial(_prepared, self._bench, images))
-        worker.shutdown(wait=False)
+        self._next = beside("tare", partial(_prepared, self._bench, images))
 
     def _refuse(self, why: str) -> None:
         self._images = None

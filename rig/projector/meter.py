@@ -9,6 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
+from rig.live.beside import failure
 from rig.live.chain import Chain
 from rig.live.snapshot import Snapshot
 from rig.projector.content import Content, draw
@@ -60,11 +61,19 @@ class Meter:
         chain : Chain
         """
         if self._work and self._work.done():
-            self.sentence, self._work = self._work.result(), None
+            self._say(self._work)
+            self._work = None
         if self._work or snapshot.captured < self._due or not snapshot.fresh:
             return
         self._due = snapshot.captured + PAUSE
         self._work = self._pool.submit(self._sentence, snapshot, shown, chain)
+
+    def _say(self, work: Future[str]) -> None:
+        """Take what was measured; after a failure nothing more is."""
+        if why := failure("the interference meter", work):
+            self.sentence, self._due = f"the projector's light is no longer measured: {why}", np.inf
+        else:
+            self.sentence = work.result()
 
     def _sentence(self, snapshot: Snapshot, shown: Content, chain: Chain) -> str:
         if shown == () or not snapshot.touches:

@@ -99,6 +99,31 @@ def test_a_live_frame_does_not_wait(forward, chain, monkeypatch):
     assert done.wait(60.0)
 
 
+@pytest.mark.parametrize(
+    ("error", "why", "logged"),
+    [
+        (np.linalg.LinAlgError("singular"), "8 touches do not tell causes apart (singular)", False),
+        (TypeError("no number"), "unexpected TypeError: no number", True),
+    ],
+)
+def test_a_diagnosis_that_fails_is_said_and_tried_again(
+    forward, chain, monkeypatch, caplog, error, why, logged
+):
+    def fail(*_):
+        raise error
+
+    shown = [*frames(forward, 1e-20, sag=0.2)]
+    diagnosing = Diagnosing(None, 16, waits=True)
+    with monkeypatch.context() as broken:
+        broken.setattr(models, "diagnose", fail)
+        follow(diagnosing, [*shown, shown[0]], chain)
+    assert diagnosing.notice.text == f"what does not fit is not named: {why}; the next are tried"
+    assert ("the diagnosis failed" in caplog.text) is logged
+    assert diagnosing.sentence == ""
+    follow(diagnosing, [*shown, shown[0]], chain)
+    assert "a plate that is not flat" in diagnosing.sentence
+
+
 def test_what_nothing_of_the_bench_explains_is_said(forward, chain):
     rng = np.random.default_rng(1)
     shown = [

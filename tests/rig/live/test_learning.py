@@ -141,6 +141,19 @@ def test_a_touch_that_fits_no_likely_bench_is_left_aside(learning, forward, fram
     np.testing.assert_array_equal(learning.bench.values, before)
 
 
+def test_an_unexpected_error_is_said_and_leaves_the_bench_as_it_was(
+    learning, forward, frames, monkeypatch, caplog
+):
+    def broken(*_):
+        raise TypeError("no number")
+
+    monkeypatch.setattr(models, "learn", broken)
+    assert follow(learning, forward, [frames(TOUCH) for _ in range(HELD + LATER)]) == []
+    says = "the bench stays as it was known: unexpected TypeError: no number"
+    assert learning.notice.text == says
+    assert "the learning of the bench failed" in caplog.text
+
+
 def test_a_bench_that_nothing_is_seen_of_is_less_and_less_sure(learning, forward, frames):
     before = learning.bench.sigma[TENSION]
     chain = chain_of(forward)

@@ -5,7 +5,7 @@ from concurrent.futures import Future
 import numpy as np
 import pytest
 
-from rig.live import tare as module
+from rig.live import beside as module
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
 from rig.recording.control import Switch
@@ -29,7 +29,7 @@ class AtOnce:
         done = Future()
         try:
             done.set_result(work())
-        except ValueError as error:
+        except Exception as error:  # noqa: BLE001 - as an executor does
             done.set_exception(error)
         return done
 
@@ -138,6 +138,18 @@ def test_a_camera_that_has_moved_far_refuses_it(bench):
 
     shots = shots_with_tare(make(CALM, bumped), 6, 10)
     assert "camera has moved by 2.0 px since the start" in shots[-1].notice
+
+
+def test_an_unexpected_error_is_said_and_ends_no_run(bench, monkeypatch, caplog):
+    def broken(images):
+        raise TypeError("no number")
+
+    monkeypatch.setattr("rig.live.tare.average_reference", broken)
+    _, make = bench
+    loop = make([*CALM, *ONE])
+    shots = shots_with_tare(loop, 0, 20)
+    assert shots[-1].notice == "tare refused: unexpected TypeError: no number, and ask again"
+    assert "the tare failed" in caplog.text
 
 
 def test_a_touch_that_lands_while_it_is_prepared_keeps_its_identity(bench, monkeypatch):
