@@ -4,6 +4,7 @@ What a user can correct, a ValueError or an OSError, ends in one sentence on std
 anything else is a fault of this program and shows where it happened.
 """
 
+import errno
 import os
 import sys
 import warnings
@@ -43,6 +44,16 @@ TRACEBACK = "--traceback"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 """One thread for BLAS: the solves are small, and its threads would fight the loop for the cores."""
 
+REMEDIES = {
+    errno.ENOENT: "; check the path",
+    errno.EACCES: "; change its permissions, or name another place",
+    errno.EROFS: "; name a place that can be written",
+    errno.EISDIR: "; name a file in it",
+    errno.ENOTDIR: "; name a folder",
+    errno.ENOSPC: "; free some space, or name another place",
+}
+"""What a user can do about an error of the system."""
+
 
 def main() -> None:
     """Run the command line of this process."""
@@ -80,10 +91,11 @@ def application(arguments: Sequence[str]) -> typer.Typer:
 
 
 def sentence(error: ValueError | OSError) -> str:
-    """Return the text of an error as one line."""
+    """Return the text of an error as one line, with a remedy where the system said only what."""
     text = str(error)
-    if isinstance(error, OSError) and error.strerror and error.filename:
-        text = f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and error.strerror:
+        named = f"'{error.filename}': " if error.filename else ""
+        text = f"{named}{error.strerror}{REMEDIES.get(error.errno, '')}"
     return " ".join(text.split()) or type(error).__name__
 
 

@@ -53,6 +53,8 @@ def read_image(path: str | Path) -> AnyArray:
     from PIL import Image, UnidentifiedImageError
 
     path = read_path(path)
+    if path.is_dir():
+        raise IsADirectoryError(f"image {str(path)!r} is a folder; name a file in it")
     if not path.is_file():
         raise FileNotFoundError(f"image {str(path)!r} does not exist; check the path")
     try:

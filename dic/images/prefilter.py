@@ -47,15 +47,11 @@ class Prefilter:
     @property
     def reason(self) -> str:
         """What was chosen and why, in a sentence."""
-        name = f"Gaussian of {self.sigma:g} px" if self.sigma else "no prefilter"
+        name = f"prefilter: Gaussian of {self.sigma:g} px" if self.sigma else "no prefilter"
         if not np.isfinite(self.predicted):
             return f"{name}, as asked for"
-        if not self.sigma:
-            return f"{name}: {1e3 * self.without:.1f} mpx are predicted, and no Gaussian is better"
-        return (
-            f"{name}: {1e3 * self.predicted:.1f} mpx are predicted, "
-            f"{1e3 * self.without:.1f} mpx without"
-        )
+        predicted = f"{name}, an error of {self.predicted:.2g} px is predicted"
+        return f"{predicted}, {self.without:.2g} px without it" if self.sigma else predicted
 
     def apply(self, image: AnyArray) -> AnyArray:
         """Smooth an image (H, W): float32, or the image itself where there is no filter."""

@@ -40,6 +40,7 @@ def diagnose_images(
         If the scene cannot run live, something moves in the first images, or fewer than three
         touches are found.
     """
+    ordered_images(folder, 0)  # a wrong folder is refused before the bench is built, a minute
     bench = bench_as_known(scene, known, report)
     paths = ordered_images(folder, bench.reference_frames)
     still, later = paths[: bench.reference_frames], paths[bench.reference_frames :]

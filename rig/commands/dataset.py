@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from rig.commands.output import Report, console, emit, progress
+from rig.commands.output import Report, console, emit, progress, require_suffix
 from rig.plates.cached import influence, reduced
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.bench import RingSection
@@ -42,6 +42,8 @@ def dataset(
     import models
     from models import workers
 
+    if out:
+        require_suffix(out, "data set", ".h5")
     task = _task(load(scene, parse_overrides(settings or [])))
     plan = task.samples.build(task.plate)
     gauges = task.gauges.build(task.plate)

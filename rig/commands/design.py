@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from rig.commands.output import emit, progress
+from rig.commands.output import emit, progress, require_folder_of
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -55,8 +55,8 @@ def design(
     from rig.design.outlook import design as predict, search_for
     from rig.scene import load, parse_overrides
 
-    if plot and (plot.suffix != ".png" or not plot.parent.is_dir()):
-        raise OSError(f"plot '{plot}' must be a *.png in a folder that exists; name such a one")
+    if plot:
+        require_folder_of(plot, "plot", ".png")
     loaded = load(scene, parse_overrides(settings or []))
     if why := cannot_work(loaded):
         raise ValueError(why)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rig.commands.output import emit, say
+from rig.commands.output import emit, require_folder_of, say
 
 if TYPE_CHECKING:
     from rig.setup.answers import Answers
@@ -56,9 +57,10 @@ def new(
     if why := refusal(answers):
         raise ValueError(why)
     write_text(file, scene_text(answers))
+    named = shlex.quote(str(file))
     emit(
         f"scene in {file}, for speckles of {spot(answers):g} mm; look at it with `touchplate design"
-        f" {file}`, and go on with `touchplate setup` for a calibrated bench",
+        f" {named}`, and go on with `touchplate setup` for a calibrated bench",
         {"file": str(file), "speckle_mm": spot(answers)},
         as_json,
     )
@@ -66,10 +68,7 @@ def new(
 
 def _require_new(file: Path) -> None:
     """Refuse a file that is no scene's, or that is there."""
-    if file.suffix != ".toml" or not file.absolute().parent.is_dir():
-        raise ValueError(
-            f"scene '{file}' must be a *.toml in a folder that exists; name such a one"
-        )
+    require_folder_of(file, "scene", ".toml")
     if file.exists():
         raise OSError(f"scene '{file}' exists; name another, or move it away")
 

@@ -84,6 +84,31 @@ def emit(renderable: RenderableType, data: Mapping[str, Any], as_json: bool) -> 
         _plain(stderr=False).print(renderable)
 
 
+def require_suffix(path: Path, what: str, suffix: str) -> None:
+    """Refuse a file to write whose name says that it holds something else.
+
+    Raises
+    ------
+    ValueError
+        If `path` does not end in `suffix`.
+    """
+    if path.suffix != suffix:
+        raise ValueError(f"{what} must be a file *{suffix}, got '{path}'; name it so")
+
+
+def require_folder_of(path: Path, what: str, suffix: str) -> None:
+    """Refuse a file to write that ends otherwise than in `suffix`, or whose folder is not there.
+
+    Raises
+    ------
+    OSError
+    """
+    if path.suffix != suffix or not path.absolute().parent.is_dir():
+        raise OSError(
+            f"{what} '{path}' must be a *{suffix} in a folder that exists; name such a one"
+        )
+
+
 def require_free(folder: Path, force: bool) -> None:
     """Refuse a folder that holds something, unless files in it may be replaced.
 
@@ -93,7 +118,7 @@ def require_free(folder: Path, force: bool) -> None:
         If `folder` is a file, or holds anything and `force` is not set.
     """
     if folder.exists() and not folder.is_dir():
-        raise OSError(f"'{folder}' is a file; name a folder with --out")
+        raise OSError(f"'{folder}' is a file; name a folder")
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise OSError(f"folder '{folder}' is not empty; pass --force to replace files in it")
 

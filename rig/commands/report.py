@@ -45,16 +45,17 @@ def report(
     fails stands in the report as failed, one that needs what is not there as left out.
     """
     from rig.report.build import Order, build
-    from rig.report.compare import changes
+    from rig.report.compare import changes, kept_figures
     from rig.report.study import read_contents, shipped
 
     if quick and full:
         raise ValueError("a report is --quick or --full, got both; leave one out")
     effort = "quick" if quick else "full" if full else "normal"
+    old = kept_figures(before) if before else {}
     contents = read_contents(studies) if studies else shipped()
     order = Order(effort, out, tuple(names or ()), data)
     results = build(contents, order, _announce, datetime.now().astimezone())
-    changed = changes(before, out, 0.2) if before else []
+    changed = changes(old, kept_figures(out), 0.2) if before else []
     emit(_shown(results, changed, out), _data(results, changed, out), as_json)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.commands.output import console, emit, say
+from rig.commands.output import console, emit, require_folder_of, say
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
@@ -38,10 +39,7 @@ def setup(
     Everything lies beside the scene: what was said, what is done, and the calibration.
     """
     path = scene or (REHEARSAL if rehearse else SCENE)
-    if path.suffix != ".toml" or not path.absolute().parent.is_dir():
-        raise ValueError(
-            f"scene '{path}' must be a *.toml in a folder that exists; name such a one"
-        )
+    require_folder_of(path, "scene", ".toml")
     from rig.setup.run import set_up
     from rig.setup.session import read_state, state_beside
 
@@ -49,7 +47,9 @@ def setup(
     with suppress(KeyboardInterrupt), ExitStack() as parts, interruptible():
         bench = _bench(rehearse, seed)
         complete = set_up(path, bench, _desk(terminal, port, parts))
-    again = f"left; resume with: touchplate setup {path}{' --rehearse' * rehearse}"
+    again = (
+        f"left; resume with: touchplate setup {shlex.quote(str(path))}{' --rehearse' * rehearse}"
+    )
     said = {"scene": str(path), "complete": complete, "steps": read_state(state_beside(path)).done}
     emit("all steps are done" if complete else again, said, as_json)
 

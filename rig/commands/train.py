@@ -12,7 +12,7 @@ import typer
 
 from rig.calibration.camera_of import camera_of
 from rig.commands.from_session import learn_from, score_net
-from rig.commands.output import console, emit, progress
+from rig.commands.output import console, emit, progress, require_suffix
 from rig.commands.score_table import table
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.sensing import NetEstimator
@@ -53,7 +53,10 @@ def train(
     net is then trained through that camera, and scored on the presses.
     """
     bench = load(scene, parse_overrides(settings or []))
-    if bench.field_net or bench.image_net or bench.touch_net:
+    other = bench.field_net or bench.image_net or bench.touch_net
+    if out:
+        require_suffix(out, "model", ".npz" if other else ".h5")
+    if other:
         _train_other(bench, out or model_path(scene).with_suffix(".npz"), onnx, as_json)
         return
     learned = learn_from(scene, bench, session) if session else None

@@ -163,7 +163,9 @@ def search_for(scene: Scene, place: float, force: float | None) -> Found:
     wanted = weakest if force is None else force
     for value, what, unit in ((place, "error", "mm"), (wanted, "force", "N")):
         if value <= 0:
-            raise ValueError(f"wanted {what} must be more than 0, got {value:g} {unit}")
+            raise ValueError(
+                f"wanted {what} must be more than 0, got {value:g} {unit}; 1 {unit} is usual"
+            )
     modal = in_modes(scene, theory, given)
     largest = max(largest_force(scene) or wanted, wanted)
     return search(given, place, wanted, largest, bent(theory, modal))

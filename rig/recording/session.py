@@ -203,6 +203,8 @@ def open_session(path: Path) -> Generator[Session]:
     """
     import h5py
 
+    if path.is_dir():
+        raise OSError(f"recording '{path}' is a folder; name a file *.h5 in it")
     if not path.is_file():
         raise OSError(f"recording '{path}' does not exist; check the path")
     lost = missing(path)

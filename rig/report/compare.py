@@ -16,6 +16,10 @@ Kind = Literal["lost", "eased", "changed"]
 KINDS: tuple[Kind, ...] = ("lost", "eased", "changed")
 
 
+Kept = dict[str, dict[tuple[str, str, str], Figure]]
+"""Figures of studies by name, and by table, case and quantity."""
+
+
 @dataclass(frozen=True)
 class Change:
     """A figure of two reports.
@@ -42,18 +46,12 @@ class Change:
         return "gone" if self.after is None else self.after.text
 
 
-def changes(before: Path, after: Path, fraction: float) -> list[Change]:
+def changes(old: Kept, new: Kept, fraction: float) -> list[Change]:
     """Return the bars that were lost or eased, and the figures that differ by `fraction` or more.
 
     What a study states that is in one report only is left out. Run times that have no bar are left
     out; a study states the ratios that should stay.
-
-    Raises
-    ------
-    OSError
-        If one of the folders holds no report.
     """
-    old, new = _studies(before), _studies(after)
     found = [
         Change(study, kind, figure, now)
         for study in old.keys() & new.keys()
@@ -85,8 +83,14 @@ def _differ(before: float | str | None, after: float | str | None, fraction: flo
     return abs(after - before) >= fraction * abs(before) and after != before
 
 
-def _studies(report: Path) -> dict[str, dict[tuple[str, str, str], Figure]]:
-    """Figures of each study that was run or tried, by their places."""
+def kept_figures(report: Path) -> Kept:
+    """Read the figures of each study that was run or tried.
+
+    Raises
+    ------
+    OSError
+        If the folder holds no report.
+    """
     raw = report / RAW
     names = {file.stem for file in raw.glob("*.json")} | {file.stem for file in raw.glob("*.csv")}
     if not names:

@@ -144,7 +144,12 @@ def open_frames(what: str) -> Frames:
     """
     path = Path(what)
     if path.is_dir():
-        return _files([p for p in path.iterdir() if p.suffix.lower() in _IMAGES], what)
+        paths = [p for p in path.iterdir() if p.suffix.lower() in _IMAGES]
+        if not paths:
+            raise FileNotFoundError(
+                f"folder '{what}' holds no image; PNG, TIFF, BMP and JPEG are read"
+            )
+        return _files(paths, what)
     if not path.is_file():
         found = Path(path.anchor).glob(str(path.relative_to(path.anchor)))
         return _files([p for p in found if p.is_file()], what)

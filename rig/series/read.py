@@ -121,6 +121,8 @@ def open_result(path: Path) -> Generator[SeriesResult]:
     """
     import h5py
 
+    if path.is_dir():
+        raise OSError(f"result '{path}' is a folder; name the fields.h5 in it")
     if not path.is_file():
         raise OSError(f"result '{path}' does not exist; check the path")
     try:

@@ -1,5 +1,6 @@
 """The command line: quick, a sentence for what the user can correct, a traceback on demand."""
 
+import errno
 import importlib.metadata
 import os
 import subprocess
@@ -124,8 +125,11 @@ def test_a_wrong_command_or_option_is_explained():
         assert "Traceback" not in done.stderr
 
 
-def test_an_error_of_the_system_names_the_file():
-    assert cli.sentence(OSError(13, "Permission denied", "a.h5")) == "a.h5: Permission denied"
+def test_an_error_of_the_system_names_file_and_remedy():
+    says = "'a.h5': Permission denied; change its permissions, or name another place"
+    assert cli.sentence(OSError(errno.EACCES, "Permission denied", "a.h5")) == says
+    full = OSError(errno.ENOSPC, "No space left on device")
+    assert cli.sentence(full) == "No space left on device; free some space, or name another place"
     assert cli.sentence(ValueError("two\n  lines")) == "two lines"
 
 

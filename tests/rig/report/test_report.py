@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from rig.cli import application
 from rig.report import crb, needs, plate_map
 from rig.report.build import Order, build
-from rig.report.compare import changes
+from rig.report.compare import changes, kept_figures
 from rig.report.figure import Bar, Figure, at_least, at_most, digits, read, write
 from rig.report.pareto import Trade, front, trades
 from rig.report.study import read_contents, shipped
@@ -330,6 +330,10 @@ def kept(folder, **studies):
             write(folder / "raw" / f"{name}.csv", figures)
 
 
+def changed(folder):
+    return changes(kept_figures(folder / "old"), kept_figures(folder / "new"), 0.2)
+
+
 def width(value, bar=None, case="a", unit="mm"):
     return Figure("T", case, "width", value, unit, bar)
 
@@ -337,7 +341,7 @@ def width(value, bar=None, case="a", unit="mm"):
 def test_two_reports_are_compared_by_figures_but_not_by_times(tmp_path):
     kept(tmp_path / "old", s=[width(1.0, at_most(1.2)), width(1.0, case="t", unit="ms")])
     kept(tmp_path / "new", s=[width(1.5, at_most(1.2)), width(9.0, case="t", unit="ms")])
-    (change,) = changes(tmp_path / "old", tmp_path / "new", 0.2)
+    (change,) = changed(tmp_path)
     assert (change.kind, change.now) == ("lost", "1.5 mm")
 
 
@@ -347,7 +351,7 @@ def test_a_bar_is_lost_when_it_is_missed_gone_or_not_measured_any_more(tmp_path)
     new = [width(1.3, bar, "a"), width(None, bar, "b"), width(1.0, None, "c"), width(1.0, bar, "e")]
     kept(tmp_path / "old", s=old, failed=[width(1.0, bar)], unasked=[width(1.0, bar)])
     kept(tmp_path / "new", s=new, failed=None)
-    found = changes(tmp_path / "old", tmp_path / "new", 0.2)
+    found = changed(tmp_path)
     assert [(each.study, each.kind, each.before.case, each.now) for each in found] == [
         ("failed", "lost", "a", "gone"),
         ("s", "lost", "a", "1.3 mm"),
@@ -360,7 +364,7 @@ def test_a_bar_is_lost_when_it_is_missed_gone_or_not_measured_any_more(tmp_path)
 def test_a_bar_that_asks_for_less_is_named(tmp_path):
     kept(tmp_path / "old", s=[width(1.0, at_most(5.0))])
     kept(tmp_path / "new", s=[width(1.0, at_most(6.0))])
-    (change,) = changes(tmp_path / "old", tmp_path / "new", 0.2)
+    (change,) = changed(tmp_path)
     assert change.kind == "eased"
 
 

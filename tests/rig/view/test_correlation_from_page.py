@@ -65,7 +65,7 @@ def test_a_preview_says_the_noise_and_what_the_images_pass_first(images, client)
     noise, prefilter = reason.split("; ")
     assert noise.startswith("noise ")
     assert "prefilter" in prefilter or "Gaussian" in prefilter
-    assert "mpx are predicted" in prefilter
+    assert "px is predicted" in prefilter
 
 
 def test_settings_are_recommended_for_the_pattern(images, client):

@@ -220,7 +220,7 @@ def test_what_cannot_be_opened_is_one_sentence(result, photographs, tmp_path):
         (cut, None, "cut short"),
         (other, None, "has version 1"),
         (tmp_path / "none.h5", None, "does not exist"),
-        (tmp_path / "empty", None, "no image is called"),
+        (tmp_path / "empty", None, "holds no image"),
         (tmp_path / "one", None, "is one image"),
         (tmp_path / "no*.tif", None, "no image is called"),
         (result, str(tmp_path / "one"), "not among the 1 images"),
