@@ -1,10 +1,12 @@
 """A pattern on paper or film at true scale, with a measure to check the printer by."""
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from dic import export
 from synthetic.pattern import Pattern
 
 MM_PER_INCH = 25.4
@@ -55,7 +57,10 @@ def print_pattern(path: str | Path, pattern: Pattern, dpi: float = 600.0) -> Non
     axes.set(xlim=(-MARGIN, a + MARGIN), ylim=(-MARGIN, b + MARGIN))
     _draw_spots(axes, pattern)
     _draw_marks(axes, a, b)
-    page.savefig(path, dpi=dpi)
+    content = BytesIO()  # not the file: a full disk leaves a PDF's writer in a fault of its own
+    page.savefig(content, format=path.suffix[1:].lower(), dpi=dpi)
+    with export.aside(path) as draft:
+        draft.write_bytes(content.getvalue())
 
 
 def _draw_spots(axes: Any, pattern: Pattern) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from dic import export
 from rig.calibration.board import CharucoBoard
 
 MM_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
@@ -46,7 +48,10 @@ def print_board(path: str | Path, board: CharucoBoard) -> None:
     axes.imshow(image, "gray", vmin=0, vmax=255, extent=(0, a, 0, b), interpolation="none")
     axes.set(xlim=(-MARGIN, a + MARGIN), ylim=(-MARGIN, b + MARGIN))
     _draw_ruler(axes, board)
-    page.savefig(path, dpi=SCALE * MM_PER_INCH)
+    content = BytesIO()  # not the file: a full disk leaves a PDF's writer in a fault of its own
+    page.savefig(content, format=path.suffix[1:].lower(), dpi=SCALE * MM_PER_INCH)
+    with export.aside(path) as draft:
+        draft.write_bytes(content.getvalue())
 
 
 def _draw_ruler(axes: Any, board: CharucoBoard) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from rig.system.in_order import in_order
 
 FORMAT, VERSION = "touchplate test", 2
 """What the file calls itself, and the version of its layout."""
+SPARE = 1 << 20  # bytes of a result beside its fields and its image, many times what they are
 
 
 def write_result(
@@ -41,7 +43,7 @@ def write_result(
     Raises
     ------
     OSError
-        A part is missing, or the folder cannot be written.
+        A part is missing, or the folder cannot be written or lacks the space.
     ValueError
         The points of the reference lie on no grid.
     """
@@ -50,6 +52,7 @@ def write_result(
     grid = ref.grid
     if grid is None:
         raise ValueError("a whole test is correlated on a grid; leave out the points")
+    _require_space(path.parent, parts, ref.image.nbytes)
     shape = len(names), *grid.shape
     with export.aside(path) as draft, h5py.File(draft, "w") as file:
         for name, value in ({"format": FORMAT, "version": VERSION} | dict(settings)).items():
@@ -77,6 +80,17 @@ def write_result(
                 file[name].id.write_direct_chunk((number, 0, 0), chunk)
             errors[number] = error
             report(number + 1, len(names))
+
+
+def _require_space(folder: Path, parts: Path, image: int) -> None:
+    """Refuse a disk that may be full before the parts are in: HDF5 does not survive that."""
+    needed = sum(part.stat().st_size for part in parts.iterdir()) + image + SPARE
+    free = shutil.disk_usage(folder).free
+    if free < needed:
+        raise OSError(
+            f"folder '{folder}' has {free / 1e6:.1f} MB free, and the result may need"
+            f" {needed / 1e6:.1f} MB; free space there, or name another with --out"
+        )
 
 
 def _packed(parts: Path, number: int) -> tuple[dict[str, bytes], str]:

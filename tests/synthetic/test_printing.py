@@ -86,5 +86,5 @@ def test_bad_input_is_named_in_one_sentence(tmp_path, name, dpi, sentence):
 
 
 def test_a_file_that_cannot_be_written_is_an_error_of_the_system(tmp_path):
-    with pytest.raises(OSError, match=r"plate\.pdf"):
+    with pytest.raises(OSError, match=r"absent does not exist; create it first"):
         synthetic.print_pattern(tmp_path / "absent" / "plate.pdf", PATTERN)

@@ -1,9 +1,11 @@
 """The printed board: true to scale, and found where it is printed."""
 
+import errno
 import json
 import re
 import zlib
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -57,6 +59,16 @@ def pages(path):
 def touchplate(*arguments):
     arguments = [str(argument) for argument in arguments]
     return CliRunner().invoke(cli.application(arguments), arguments)
+
+
+def test_a_full_disk_leaves_no_half_of_a_board(tmp_path, monkeypatch):
+    def full(path, content):
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="No space left"):
+        print_board(tmp_path / "board.pdf", BOARD)
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_the_commands_print_board_and_speckle(tmp_path):

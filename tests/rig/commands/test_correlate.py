@@ -4,9 +4,11 @@ import csv
 import importlib
 import json
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -63,6 +65,14 @@ def correlate(tmp_path, monkeypatch, capsys):
 
 def files_in(folder):
     return sorted(path.name for path in folder.rglob("*") if path.is_file())
+
+
+def test_a_disk_without_space_is_said_and_left_as_it_was(pair, correlate, tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=200_000))
+    done = correlate(*pair, "--out", "out")
+    assert done.returncode == 2
+    assert "has 0.2 MB free, and the result may need 1." in done.stderr
+    assert files_in(tmp_path) == ["after.png", "before.png"]
 
 
 def test_it_writes_fields_a_plot_and_figures(pair, correlate, tmp_path):
