@@ -90,7 +90,7 @@ def write_map(path: Path, errors: ErrorMap) -> None:
         write(path, errors)
     except OSError as error:
         raise OSError(
-            f"map '{path}' cannot be written ({error.strerror or error}); give a folder that exists"
+            f"map '{path}' cannot be written ({error.strerror or error}); name another place"
         ) from error
 
 
