@@ -290,10 +290,10 @@ def test_it_resolves_a_wave_of_two_tiles_better_than_the_adaptive_field(shipped)
 
 def test_strain_of_what_it_resolves_is_of_its_own_slopes_and_states_its_error(shipped):
     """Windows of points would flatten the wave and state a hundredth of what they lose."""
-    found, _, _, known = both(shipped, 10)
+    found, _, _, known = both(shipped, 12)
     here = found.by_net & known
     eyy = dic.strain(found.field)
-    wave = -0.4 * 2 * np.pi / 10 * np.sin(2 * np.pi * found.field.xy[:, 1] / 10)
+    wave = -0.4 * 2 * np.pi / 12 * np.sin(2 * np.pi * found.field.xy[:, 1] / 12)
     error, stated = (eyy.eyy - wave)[here], eyy.sigma[here, 1]
     assert np.sqrt(np.mean(error**2)) < 0.75 * np.sqrt(np.mean(wave[here] ** 2))
     assert 0.5 < np.sqrt(np.mean(stated**2) / np.mean(error**2)) < 2
