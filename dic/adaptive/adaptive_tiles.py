@@ -21,7 +21,7 @@ from dic.numbers import check_array, read_array
 _PASSES = 10
 _MOVED, _FEW = 1.0, 0.002  # σ of a tile by which more than so many tiles move: another pass
 _AROUND = 3  # tiles
-_STILL = 2.0  # σ of the field, within which the last pass moves a tile by chance
+_STILL = 2.0  # σ, within which the last pass moves a tile by chance
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +69,16 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
     motion, torn = part(ref, texture, spline, motion, start)
     seen = observe(ref, texture, spline, motion, torn)
     field = denoise(seen.moved, seen.sigma, seen.valid, None)
+    earlier = field.sigma[:, 0]
     for _ in range(_PASSES):
-        before, motion = motion, carried(field)
+        before, motion, earlier = motion, carried(field), field.sigma[:, 0]
         torn = still_torn(torn, field.values)
         moved = np.abs(motion[:, 0] - before[:, 0]) > _MOVED * seen.sigma
         seen = observe(ref, texture, spline, motion, torn)
         field = denoise(seen.moved, seen.sigma, seen.valid, motion[:, 0])
         if moved.mean() < _FEW:
             break
-    field = _still_moving(field, motion)
+    field = _still_moving(field, motion, earlier)
     left = unexplained_variance(seen.variance, seen.valid, ref.prefilter.sigma)
     field = _unexplained(field, left, texture)
     return AdaptiveTiles(
@@ -92,10 +93,14 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
     )
 
 
-def _still_moving(field: BlockField, motion: F64) -> BlockField:
-    """Add to σ what the last pass has moved more than chance does: as much may be left."""
+def _still_moving(field: BlockField, motion: F64, earlier: F64) -> BlockField:
+    """Add to σ what the last pass has moved more than chance does: as much may be left.
+
+    Chance moves a tile by σ of the pass before, (2, R, C), where that is larger.
+    """
     moved = np.nan_to_num(field.values[:, 0] - motion[:, 0])
-    left = np.maximum(np.square(moved) - np.square(_STILL * np.nan_to_num(field.sigma[:, 0])), 0)
+    chance = _STILL * np.nan_to_num(np.fmax(field.sigma[:, 0], earlier))
+    left = np.maximum(np.square(moved) - np.square(chance), 0)
     sigma = field.sigma.copy()
     for a in range(2):
         sigma[a, 0] = np.hypot(sigma[a, 0], np.sqrt(np.maximum(box(left[a], _AROUND), 0.0)))
