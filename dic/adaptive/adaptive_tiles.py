@@ -21,7 +21,7 @@ from dic.numbers import check_array, read_array
 _PASSES = 10
 _MOVED, _FEW = 1.0, 0.002  # σ of a tile by which more than so many tiles move: another pass
 _AROUND = 3  # tiles
-_STILL = 2.0  # σ, within which the last pass moves a tile by chance
+_STILL = 2.0  # σ, within which noise moves a tile from pass to pass
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,13 +94,13 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
 
 
 def _still_moving(field: BlockField, motion: F64, earlier: F64) -> BlockField:
-    """Add to σ what the last pass has moved more than chance does: as much may be left.
+    """Add to σ what the last pass has moved more than noise does: as much may be left.
 
-    Chance moves a tile by σ of the pass before, (2, R, C), where that is larger.
+    Noise moves a tile by σ of the pass before, (2, R, C), where that is larger.
     """
     moved = np.nan_to_num(field.values[:, 0] - motion[:, 0])
-    chance = _STILL * np.nan_to_num(np.fmax(field.sigma[:, 0], earlier))
-    left = np.maximum(np.square(moved) - np.square(chance), 0)
+    by_noise = _STILL * np.nan_to_num(np.fmax(field.sigma[:, 0], earlier))
+    left = np.maximum(np.square(moved) - np.square(by_noise), 0)
     sigma = field.sigma.copy()
     for a in range(2):
         sigma[a, 0] = np.hypot(sigma[a, 0], np.sqrt(np.maximum(box(left[a], _AROUND), 0.0)))

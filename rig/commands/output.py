@@ -89,9 +89,13 @@ def require_suffix(path: Path, what: str, suffix: str) -> None:
 
     Raises
     ------
+    OSError
+        If `path` is a folder.
     ValueError
-        If `path` does not end in `suffix`.
+        If it does not end in `suffix`.
     """
+    if path.is_dir():
+        raise IsADirectoryError(f"{what} {path} is a folder; give the name of a file in it")
     if path.suffix != suffix:
         raise ValueError(f"{what} must be a file *{suffix}, got '{path}'; name it so")
 

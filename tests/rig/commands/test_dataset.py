@@ -200,7 +200,7 @@ def test_large_touches_are_those_of_the_shell(bench):
             "touches on a bent plate are points, got a radius",
         ),
         (["--out", "cache"], "is a folder; give the name of a file in it"),
-        (["--out", "oblong.toml"], "is damaged or no HDF5 file"),
+        (["--out", "oblong.toml"], "must be a file *.h5, got 'oblong.toml'"),
     ],
 )
 def test_bad_input_ends_in_one_sentence_with_the_remedy(bench, written, arguments, sentence):
