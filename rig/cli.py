@@ -95,7 +95,7 @@ def sentence(error: ValueError | OSError) -> str:
     text = str(error)
     if isinstance(error, OSError) and error.strerror:
         named = f"'{error.filename}': " if error.filename else ""
-        text = f"{named}{error.strerror}{REMEDIES.get(error.errno, '')}"
+        text = f"{named}{error.strerror}{REMEDIES.get(error.errno or 0, '')}"
     return " ".join(text.split()) or type(error).__name__
 
 
