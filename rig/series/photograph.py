@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import warnings
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ _DAMAGED = (  # what Pillow raises where the bytes of a file do not fit together
     LookupError,
     ArithmeticError,
     struct.error,
+    zlib.error,
     Image.DecompressionBombError,
 )
 
