@@ -11,10 +11,15 @@ import numpy as np
 from dic import Tiles
 from rig.system.arrays import F32, F64
 
-LEVELS = np.linspace(0.0, 256.0, 17)
+COUNT = 17
 """Grey levels at which the variance is measured."""
 _FEWEST = 1000  # values from which a variance is known to 4 %
-_STEP = float(LEVELS[1])
+
+
+def grey_levels(image: F32) -> F64:
+    """Grey levels (17,) over the bits that an image (H, W) takes, eight at least."""
+    bits = max(8, int(float(image.max())).bit_length())
+    return np.linspace(0.0, 2.0**bits, COUNT)
 
 
 def noise_curve(mean: F32, squares: F32, values: int, floor: float) -> F64:
@@ -33,12 +38,13 @@ def noise_curve(mean: F32, squares: F32, values: int, floor: float) -> F64:
     floor : float, grey levels²
         Smaller variances count as this.
     """
-    nearest = np.clip(np.rint(mean / _STEP), 0, len(LEVELS) - 1).astype(np.int64).ravel()
-    pixels = np.bincount(nearest, minlength=len(LEVELS))
-    total = np.bincount(nearest, squares.ravel(), len(LEVELS))
+    levels = grey_levels(mean)
+    nearest = np.clip(np.rint(mean / levels[1]), 0, COUNT - 1).astype(np.int64).ravel()
+    pixels = np.bincount(nearest, minlength=COUNT)
+    total = np.bincount(nearest, squares.ravel(), COUNT)
     known = values * pixels >= min(_FEWEST, values * pixels.max())
     variance = total[known] / (values * pixels[known])
-    return np.maximum(np.interp(LEVELS, LEVELS[known], variance), floor)
+    return np.maximum(np.interp(levels, levels[known], variance), floor)
 
 
 def tile_weights(image: F32, noise: float, curve: F64 | None, tiles: Tiles) -> F64:
@@ -58,5 +64,7 @@ def tile_weights(image: F32, noise: float, curve: F64 | None, tiles: Tiles) -> F
     down, along = np.gradient(image)
     steep = np.asarray(down**2 + along**2, dtype=np.float64)
     there = np.asarray(tiles.sums(steep), dtype=np.float64)
-    variance = np.asarray(tiles.sums(steep * np.interp(image, LEVELS, curve)), dtype=np.float64)
+    variance = np.asarray(
+        tiles.sums(steep * np.interp(image, grey_levels(image), curve)), dtype=np.float64
+    )
     return np.divide(noise**2 * there, variance, out=np.ones(len(there)), where=variance > 0)

@@ -54,7 +54,7 @@ from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
 from rig.live.memory import MANY, Memory
-from rig.live.noise_curve import LEVELS
+from rig.live.noise_curve import COUNT
 from rig.recording.fit import SHAPES as FIT_SHAPES, fit_row
 from rig.system.arrays import F64, AnyArray
 
@@ -114,7 +114,7 @@ def tare_shapes(shape: tuple[int, ...]) -> Shapes:
     parts = {
         "image": (shape, "f4"),
         "noise": ((), "f8"),
-        "curve": (LEVELS.shape, "f8"),
+        "curve": ((COUNT,), "f8"),
         "captured": ((), "f8"),
     }
     return {f"{TARES}{name}": part for name, part in parts.items()} | {f"{TARES}check": ((), "u4")}
@@ -126,7 +126,7 @@ def tare_row(reference: ReferenceFrame, captured: float) -> dict[str, AnyArray]:
     parts = {
         "image": image,
         "noise": np.asarray(reference.noise),
-        "curve": np.full(LEVELS.shape, np.nan) if reference.curve is None else reference.curve,
+        "curve": np.full((COUNT,), np.nan) if reference.curve is None else reference.curve,
         "captured": np.asarray(captured),
         "check": np.asarray(zlib.crc32(image.data), dtype=np.uint32),
     }

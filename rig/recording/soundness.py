@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from rig.live.baseline import ReferenceFrame
-from rig.live.noise_curve import LEVELS
+from rig.live.noise_curve import COUNT
 from rig.recording.fit import SHAPES as FIT_SHAPES, wrong_fit
 from rig.recording.layout import CHECK, CURVE, LAST, TARES, frame_check, tare_shapes
 from rig.system.arrays import F32, F64, AnyArray
@@ -140,7 +140,7 @@ def _wrong_reference(reference: ReferenceFrame, check: int | None) -> str:
         return "grey levels of the reference are none"
     if not 0 <= noise <= WHITE:
         return f"noise is {noise:g} grey levels"
-    if curve is not None and not (curve.shape == LEVELS.shape and (curve > 0).all()):
+    if curve is not None and not (curve.shape == (COUNT,) and (curve > 0).all()):
         return "variances by grey level are none"
     return ""
 

@@ -11,7 +11,7 @@ from dic import lay_tiles
 from rig.live.baseline import MIN_NOISE, average_reference
 from rig.live.bench import build_bench
 from rig.live.chain import at_rest
-from rig.live.noise_curve import LEVELS, tile_weights
+from rig.live.noise_curve import COUNT, grey_levels, tile_weights
 from rig.live.registration import register
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -20,12 +20,14 @@ SHOT = synthetic.Sensor(noise=0.5, black=0.02, white=0.9, full_well=1000.0)
 """Its noise has a standard deviation of 1 grey level in the dark, and of 8 in the light."""
 
 
-def test_variance_goes_with_the_grey_level(rng):
-    light = rng.uniform(20.0, 220.0, (180, 260))
-    frames = [light + rng.normal(0, np.sqrt(2.0 + 0.05 * light)) for _ in range(16)]
+@pytest.mark.parametrize("grey", [1, 16])  # of 8 bit and of 12
+def test_variance_goes_with_the_grey_level(rng, grey):
+    light = grey * rng.uniform(20.0, 220.0, (180, 260))
+    frames = [light + rng.normal(0, grey * np.sqrt(2.0 + 0.05 * light / grey)) for _ in range(16)]
     found = average_reference(frames)
-    inside = (LEVELS >= 32) & (LEVELS <= 208)
-    expected = (2.0 + 0.05 * LEVELS[inside]) * (1 + 1 / 16)
+    levels = grey_levels(found.image) / grey
+    inside = (levels >= 32) & (levels <= 208)
+    expected = grey**2 * (2.0 + 0.05 * levels[inside]) * (1 + 1 / 16)
     np.testing.assert_allclose(found.curve[inside], expected, rtol=0.05)
     assert found.curve[0] == pytest.approx(found.curve[1], rel=0.2)  # no pixel is so dark
 
@@ -34,7 +36,7 @@ def test_images_without_noise_weigh_all_tiles_alike():
     image = np.tile(np.arange(0, 250, dtype=np.uint8), (200, 1))
     found = average_reference([image] * 4)
     tiles = lay_tiles(image.shape, 16)
-    assert found.curve.tolist() == [MIN_NOISE**2] * len(LEVELS)
+    assert found.curve.tolist() == [MIN_NOISE**2] * COUNT
     np.testing.assert_allclose(tile_weights(found.image, found.noise, found.curve, tiles), 1.0)
 
 
