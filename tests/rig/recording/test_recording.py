@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import pytest
 
-from rig.live.noise_curve import LEVELS
+from rig.live.noise_curve import COUNT
 from rig.live.tracker import FrameProcessor
 from rig.page.player import RecordedFrames
 from rig.recording.export import to_csv
@@ -96,7 +96,7 @@ def test_the_noise_by_grey_level_comes_back_and_an_older_recording_has_none(sess
     session(path, PRESSED[:2])
     with open_session(path) as stored:
         curve = stored.reference.curve
-    assert curve.shape == LEVELS.shape
+    assert curve.shape == (COUNT,)
     assert curve[8] == pytest.approx(4.0 * (1 + 1 / 16), rel=0.05)  # σ is 2 grey levels
     with h5py.File(path, "r+") as file:
         del file["reference"].attrs["curve"]
@@ -109,7 +109,7 @@ def test_variances_that_cannot_be_are_said(session, tmp_path):
     path = tmp_path / "session.h5"
     session(path, PRESSED[:2])
     with h5py.File(path, "r+") as file:
-        file["reference"].attrs["curve"] = -np.ones(LEVELS.shape)
+        file["reference"].attrs["curve"] = -np.ones((COUNT,))
     with (
         pytest.raises(OSError, match="variances by grey level are none"),
         open_session(path),
