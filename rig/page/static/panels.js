@@ -92,7 +92,7 @@ function touchRows(marks, source, name) {
 function cells(mark, exact) {
   const [a, b, angle] = mark.sigma.map((part) => part ?? NaN), c = Math.cos(angle), s = Math.sin(angle);
   return [
-    [mark.x, spread(Math.hypot(a * c, b * s), 1), 1], [mark.y, spread(Math.hypot(a * s, b * c), 1), 1],
+    [mark.x, spread(Math.hypot(a * c, b * s), 2), 1], [mark.y, spread(Math.hypot(a * s, b * c), 2), 1],
     [mark.force, mark.force_interval ? interval(mark.force_interval) : spread(mark.sigma_force, 3), 3],
   ].map(([value, sure, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : sure)));
 }
