@@ -21,6 +21,9 @@ FIELDS = (
 NO_FRAME = -1
 """Status of every point of a frame that could not be read or compared."""
 
+Part = tuple[dict[str, AnyArray], str]
+"""Fields (N,) of a frame by their names, and why there are none."""
+
 
 def open_parts(folder: Path, settings: Mapping[str, object]) -> Path:
     """Return the folder of the parts of a test, begun or to be gone on with.
@@ -68,7 +71,7 @@ def missing_part(fields: Sequence[str], points: int) -> dict[str, AnyArray]:
     return table | {"status": np.full(points, NO_FRAME, np.int8)}
 
 
-def read_part(folder: Path, number: int) -> tuple[dict[str, AnyArray], str] | None:
+def read_part(folder: Path, number: int) -> Part | None:
     """Read the part of a frame and its error; None where there is none, or half of one."""
     path = path_of(folder, number)
     if not path.exists():

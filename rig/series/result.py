@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -13,7 +12,7 @@ import numpy as np
 
 import dic
 from dic import export
-from rig.series.parts import NO_FRAME, read_part
+from rig.series.parts import NO_FRAME, Part, read_part
 from rig.system.arrays import F64
 from rig.system.deflate import deflate, shuffle
 from rig.system.in_order import in_order
@@ -74,7 +73,10 @@ def write_result(
         file["status"].attrs["NO_FRAME"] = NO_FRAME
         for status in dic.Status:
             file["status"].attrs[status.name] = int(status)
-        packed = in_order(partial(_packed, parts), range(len(names)), os.cpu_count() or 1)
+        # Read in this thread: NumPy parses the header of an array as Python, and CPython 3.11 fails
+        # where two threads do so at once.
+        read = (_part(parts, number) for number in range(len(names)))
+        packed = in_order(_packed, read, os.cpu_count() or 1)
         for number, (chunks, error) in enumerate(packed):
             for name, chunk in chunks.items():
                 file[name].id.write_direct_chunk((number, 0, 0), chunk)
@@ -93,12 +95,18 @@ def _require_space(folder: Path, parts: Path, image: int) -> None:
         )
 
 
-def _packed(parts: Path, number: int) -> tuple[dict[str, bytes], str]:
-    """Compress the fields of a frame, and say what kept it out."""
+def _part(parts: Path, number: int) -> Part:
+    """Read the fields of a frame."""
     part = read_part(parts, number)
     if part is None:
         raise OSError(f"part {number} in '{parts}' is missing; correlate again")
-    return {name: deflate(shuffle(values)) for name, values in part[0].items()}, part[1]
+    return part
+
+
+def _packed(part: Part) -> tuple[dict[str, bytes], str]:
+    """Compress the fields of a frame; what kept it out goes with them."""
+    fields, error = part
+    return {name: deflate(shuffle(values)) for name, values in fields.items()}, error
 
 
 def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid, fields: Sequence[str]) -> None:

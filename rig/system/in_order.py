@@ -7,27 +7,29 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 def in_order(
-    work: Callable[[int], Result], numbers: Iterable[int], workers: int
+    work: Callable[[Item], Result], items: Iterable[Item], workers: int
 ) -> Iterator[Result]:
-    """Do work for numbers, a few ahead at a time; an error of it ends all that is not begun.
+    """Do work for items, a few ahead at a time; an error of it ends all that is not begun.
 
     Parameters
     ----------
     work : callable
         What it raises is raised here.
-    numbers : iterable of int
+    items : iterable
+        Taken one after the other, in the thread that takes the results.
     workers : int
-        Threads; of twice as many numbers the results may wait.
+        Threads; of twice as many items the results may wait.
     """
     waiting: deque[Future[Result]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         try:
-            for number in numbers:
-                waiting.append(pool.submit(work, number))
+            for item in items:
+                waiting.append(pool.submit(work, item))
                 if len(waiting) >= 2 * workers:
                     yield waiting.popleft().result()
             while waiting:
