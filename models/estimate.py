@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
+import numpy as np
+
 from models.arrays import F64
 
 
@@ -81,6 +83,10 @@ class Estimate:
     force_intervals : (n,) tuple of ForceInterval or None
         Of each touch where `covariance` says too little of its force, near an edge for instance;
         None of others. Empty where they were not asked for; see `Estimator.with_force_intervals`.
+    systematic : (3n, 3n) float64 or None
+        The part of `covariance` that is the same in every frame of touches at rest, which no mean
+        over frames makes smaller: what is not known of the bench, and the forward model's own
+        error. None where all of it is noise.
     """
 
     xy: F64
@@ -92,6 +98,7 @@ class Estimate:
     result: Result
     stats: SolverStats = NO_DESCENT
     force_intervals: tuple[ForceInterval | None, ...] = ()
+    systematic: F64 | None = None
 
     @property
     def count(self) -> int:
@@ -100,5 +107,13 @@ class Estimate:
 
     def touch_covariance(self, index: int) -> F64:
         """Covariance of x, y, F of one touch, (3, 3), mm and N."""
-        block = slice(3 * index, 3 * index + 3)
-        return self.covariance[block, block]
+        return _block(self.covariance, index)
+
+    def touch_systematic(self, index: int) -> F64:
+        """Systematic part of the covariance of one touch, (3, 3), mm and N."""
+        return np.zeros((3, 3)) if self.systematic is None else _block(self.systematic, index)
+
+
+def _block(covariance: F64, index: int) -> F64:
+    block = slice(3 * index, 3 * index + 3)
+    return covariance[block, block]

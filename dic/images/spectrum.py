@@ -64,13 +64,13 @@ class Budget:
         return float(np.sqrt((self.noise**2 + self.random**2) / pixels + self.bias**2))
 
 
-def measure_spectrum(image: AnyArray, weight: Mask) -> Spectrum | None:
+def measure_spectrum(image: AnyArray, weight: Mask, noise: float | None = None) -> Spectrum | None:
     """Estimate the power spectrum of the pattern inside a ROI and the noise of the image.
 
-    White noise is what the spectrum does not fall below at its corner: a pattern, however sharp,
-    falls to a third from 0.8 to 1.3 of Nyquist's frequency (printed discs of 1.5 to 6 px), and a
-    soft one, which falls fast before, goes on as fast: of 16 prints and spots the corner holds at
-    most 2.2 times what the same fall again would leave.
+    White noise, where its standard deviation is not given, is what the spectrum does not fall below
+    at its corner: a pattern, however sharp, falls to a third from 0.8 to 1.3 of Nyquist's frequency
+    (printed discs of 1.5 to 6 px), and a soft one, which falls fast before, goes on as fast: of 16
+    prints and spots the corner holds at most 2.2 times what the same fall again would leave.
 
     Returns
     -------
@@ -89,8 +89,9 @@ def measure_spectrum(image: AnyArray, weight: Mask) -> Spectrum | None:
     window = np.outer(fade, fade).astype(np.float32)
     waves = np.fft.rfft2((tiles - tiles.mean(axis=(1, 2), keepdims=True)) * window)
     power = np.square(np.abs(waves)).mean(axis=0, dtype=np.float64) / np.square(window).sum()
-    noise = _noise(power, side, np.issubdtype(image.dtype, np.integer))
-    return Spectrum(np.maximum(power - noise, 1e-3 * noise), noise)
+    whole = np.issubdtype(image.dtype, np.integer)
+    variance = _noise(power, side, whole) if noise is None else _floor(power, whole) + noise**2
+    return Spectrum(np.maximum(power - variance, 1e-3 * variance), variance)
 
 
 def _tiles(image: AnyArray, weight: Mask, side: int) -> AnyArray:
@@ -112,8 +113,12 @@ def _noise(power: F64, side: int, whole: bool) -> float:
     low, middle, corner = (float(power[band].mean()) for band in _bands(side))
     fallen = max(middle - corner, 0.0) / max(low - corner, 1e-30)
     fall = min(_FALL, _AGAIN * fallen)
-    floor = _FAINT * float(power.mean()) + (_ROUNDING if whole else 0.0)
-    return max((corner - fall * middle) / (1 - fall), floor)
+    return max((corner - fall * middle) / (1 - fall), _floor(power, whole))
+
+
+def _floor(power: F64, whole: bool) -> float:
+    """Give the least variance of noise that an image has, of integers or not."""
+    return _FAINT * float(power.mean()) + (_ROUNDING if whole else 0.0)
 
 
 @cache

@@ -24,10 +24,18 @@ from dic.images.spectrum import (
     error_budget,
     measure_spectrum,
 )
-from dic.numbers import check_array, check_type, read_array, read_integer, read_shape, shown
+from dic.numbers import (
+    check_array,
+    check_type,
+    read_array,
+    read_integer,
+    read_real,
+    read_shape,
+    shown,
+)
 from dic.tiles.smooth_gradient import SmoothGradient, tile_scale
 from dic.tiles.tile_kernels import sums_in_place, sums_moved
-from dic.tiles.tile_spline import slopes_at_knots, tile_spline
+from dic.tiles.tile_spline import noise_bias, slopes_at_knots, tile_spline
 
 MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the image
 _SHIFT = 0.25  # px, at which interpolation errs most
@@ -184,30 +192,40 @@ def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
 
 
 def prepare_tiles(
-    image: AnyArray, size: int = 16, prefilter: Prefilter | float | None = 0.0
+    image: AnyArray,
+    size: int = 16,
+    prefilter: Prefilter | float | None = 0.0,
+    noise: float | None = None,
 ) -> TileReference:
     """Prepare a reference image for tile sums.
 
     Parameters
     ----------
     image : (H, W) uint8, uint16 or float, grey levels
-        The mean of several frames where they can be had: noise in ∇f makes motion look too small.
+        The mean of several frames where they can be had.
     size : int, px
         Side of a tile, 4 or more.
     prefilter : Prefilter, float in px or None
         Standard deviation of the Gaussian that the gradient passes twice, as if both images had
         passed it once; 0 is none. None chooses from the image alone, `tile_prefilter` with the
         noise of a frame.
+    noise : float, grey levels, optional
+        Standard deviation of the noise of this image, σ/√N of a mean of N frames. It makes motions
+        look too large, which is a part of `TileReference.bias`, and is not the pattern's. Without
+        it the image counts as one without noise.
 
     Raises
     ------
     ValueError
-        If the image or the prefilter cannot be used, or the image is too small for one tile.
+        If the image, the prefilter or the noise cannot be used, or the image is too small for one
+        tile.
     """
     grey = check_reference(image).astype(np.float32)
     tiles = lay_tiles(grey.shape, size)
     everywhere = np.ones(grey.shape, dtype=np.bool_)
     chosen = read_prefilter(prefilter, grey, everywhere, size)
+    if noise is not None:
+        noise = read_real(noise, "noise", "grey levels")
     f = grey.astype(np.float64)
     coefficients = tile_spline(f)
     gradient = slopes_at_knots(coefficients)
@@ -222,12 +240,13 @@ def prepare_tiles(
     )
     if chosen.sigma:
         reference = _smoothed(reference, chosen, gradient)
-    spectrum = measure_spectrum(grey, everywhere)
+    spectrum = measure_spectrum(grey, everywhere, noise)
+    bias = _interpolation_bias(reference, spectrum, noise or 0.0)
     if spectrum is None:
-        return replace(reference, bias=_interpolation_bias(reference, None))
+        return replace(reference, bias=bias)
     return replace(
         reference,
-        bias=_interpolation_bias(reference, spectrum),
+        bias=bias,
         aliasing=error_budget(spectrum, chosen.sigma).random / size,
         roughness=aliased_fraction(spectrum) ** 0.5,
     )
@@ -332,13 +351,14 @@ def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:
     )
 
 
-def _interpolation_bias(reference: TileReference, spectrum: Spectrum | None) -> F64:
+def _interpolation_bias(reference: TileReference, spectrum: Spectrum | None, noise: float) -> F64:
     """Measure `TileReference.bias` on the image itself, shifted by its Fourier series.
 
     That series takes what aliasing has folded back for what it looks like, which is taken off. From
     half of the bias on less and less counts, since its sign is not known, and evenly so, that a
-    patch of a pattern says the same as all of it. 0 where aliasing is all of it; where no tile is
-    far enough from the border; and where there is no pattern.
+    patch of a pattern says the same as all of it. It moves noise as well, which frames do not. 0
+    where aliasing is all of it; where no tile is far enough from the border; and where there is no
+    pattern.
     """
     tiles, shape = reference.tiles, np.array(reference.image.shape[::-1])
     room = np.minimum(tiles.xy, shape - 1 - tiles.xy).min(axis=1) - tiles.size / 2
@@ -348,7 +368,18 @@ def _interpolation_bias(reference: TileReference, spectrum: Spectrum | None) -> 
         return np.zeros(2)
     flow = np.full((len(tiles.xy), 2), _SHIFT)
     sums = tile_sums(reference, shifted(reference.image, (_SHIFT, _SHIFT)), flow)
-    bias = -sums.gradient[inside].sum(axis=0) / hessian
+    own, moved = (
+        _even(reference, noise**2 * each)[inside].sum(axis=0)
+        for each in noise_bias(reference.prefilter.sigma)
+    )
+    bias = (moved - sums.gradient[inside].sum(axis=0)) / hessian
     aliased = aliasing_bias(spectrum, reference.prefilter.sigma) if spectrum else np.zeros(2)
     left = np.maximum(bias - aliased, 0.0)
-    return left * np.minimum(1.0, 2.0 * left / np.maximum(bias, _SHIFT * 1e-9))
+    return left * np.minimum(1.0, 2.0 * left / np.maximum(bias, _SHIFT * 1e-9)) - own / hessian
+
+
+def _even(reference: TileReference, each: float) -> F64:
+    """Give Σ∇f·e of tiles each pixel of which adds the same along x and y, (T, 2)."""
+    tiles, smooth = reference.tiles, reference.smooth
+    sums = np.full((len(reference.hessian), 2), tiles.size**2 * each)
+    return sums if smooth is None else smooth.vectors(sums)

@@ -30,6 +30,7 @@ from models.bench.joint import (
     through,
     weighed,
     whiten_all,
+    without_uneven,
 )
 from models.bench.labels import LabelErrors, Shown, common_offset, label_errors
 from models.bench.marginal import own_error
@@ -93,12 +94,14 @@ def identify(
     state = start(problem)
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
+    problem = without_uneven(problem, presses, on)
     for turn in range(_LIMIT):
         before = state.values
         problem = weighed(problem, on, state, bench.discrepancy)
         state, terms, converged = descend(problem, on, state, terms)
         bench = replace(bench, converged=converged)
         on = stand(on, state.values, look)
+        problem = without_uneven(problem, presses, on)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
         bench = replace(bench, memory=_memory(problem, on, state, bench.discrepancy))
         problem = replace(problem, memory=bench.memory)

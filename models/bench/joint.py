@@ -133,6 +133,26 @@ def stand(forward: BenchForward, values: F64, look: Look | None) -> BenchForward
     return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS])))
 
 
+def without_uneven(
+    problem: JointProblem, presses: Sequence[Press], on: BenchForward
+) -> JointProblem:
+    """Take what a camera that moved has left off the presses as they were measured.
+
+    What it leaves follows from how the camera of the bench stands; see `Seen.uneven`.
+    """
+    uneven = None if on.fields.seen is None else on.fields.seen.uneven
+    if uneven is None:
+        return problem
+
+    def even(press: Press) -> Press:
+        if press.moved is None:
+            return press
+        whitening = on.whitening if press.whitening is None else press.whitening
+        return replace(press, measured=press.measured - whitening @ (uneven @ press.moved))
+
+    return replace(problem, presses=tuple(even(press) for press in presses))
+
+
 def camera_moved(problem: JointProblem, before: F64, after: F64) -> float:
     """By how much of the prior's σ a number of the camera changed most."""
     change = np.abs(after - before)[problem.free] / problem.scales

@@ -81,6 +81,16 @@ class MarginalForward:
         return self.whitening @ values, jacobian @ self.whitening.T
 
 
+def noise_covariance(forward: MarginalForward, touches: F64, covariance: F64) -> F64:
+    """Compute the part that noise alone has in the covariance (3n, 3n) of touches (n, 3).
+
+    An estimate is linear in what is measured about its solution, by C Jᵀ W: noise of variance 1 has
+    C Jᵀ W Wᵀ J C of it, and what is left is the same in every frame.
+    """
+    gain = covariance @ forward.read(touches)[1] @ forward.whitening
+    return np.asarray(gain @ gain.T)
+
+
 def marginal(
     forward: BenchForward, bench: BenchEstimate, touches: F64, left: Traces = NO_TRACES
 ) -> MarginalForward:

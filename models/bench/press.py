@@ -30,6 +30,9 @@ class Press:
         Where a part of the pattern was hidden: that of the others, see `BenchForward`.
     reference : float
         Standard deviation of what the noise of the reference adds, which all presses share.
+    moved : (R,) float64 or None
+        By how much the camera has moved since the reference was taken, in units of the motions that
+        were taken out of `measured`, see `with_tilts`. None where that is not known.
     """
 
     measured: F64
@@ -38,10 +41,17 @@ class Press:
     noise: float = 1.0
     whitening: F64 | None = None
     reference: float = 0.0
+    moved: F64 | None = None
 
     @classmethod
     def of_frames(
-        cls, measured: F64, touch: F64, sigma: F64, frames: tuple[int, int], whitening: F64 | None
+        cls,
+        measured: F64,
+        touch: F64,
+        sigma: F64,
+        frames: tuple[int, int],
+        whitening: F64 | None,
+        moved: F64 | None = None,
     ) -> Press:
         """Build a press from the mean of frames, and the reference from the mean of others.
 
@@ -53,10 +63,11 @@ class Press:
         frames : tuple of int
             Of the press, and of the reference.
         whitening : (m, K + U) float64 or None
+        moved : (R,) float64 or None
         """
         own, still = (1.0 / count for count in frames)
         one = 1.0 + still
-        return cls(measured, touch, sigma, sqrt(own / one), whitening, sqrt(still / one))
+        return cls(measured, touch, sigma, sqrt(own / one), whitening, sqrt(still / one), moved)
 
     @property
     def total_noise(self) -> float:

@@ -54,11 +54,15 @@ class Seen(NamedTuple):
         By each number of the camera.
     by_thickness : (K, A) float64
         By ln thickness: the seen face moves by the slope times half of it.
+    uneven : (K, R) float64 or None
+        What a unit of each motion of the camera leaves, since one that stands otherwise moves the
+        image otherwise than the one described; see `moving`. None where nothing moves so.
     """
 
     matrix: F64
     derivatives: F64
     by_thickness: F64
+    uneven: F64 | None = None
 
 
 class Look(Protocol):
@@ -101,7 +105,8 @@ class CameraChange:
             camera = varied(camera, self._middle, values)
         matrix = self._seen(camera, height)
         by_thickness = (self._seen(camera, height * exp(_THICKER)) - matrix) / _THICKER
-        return Seen(matrix, self._derivatives(values, height, matrix), by_thickness)
+        derivatives = self._derivatives(values, height, matrix)
+        return Seen(matrix, derivatives, by_thickness, self._uneven(values, height))
 
     def _derivatives(self, values: F64, height: float, matrix: F64) -> F64:
         """Differentiate the amplitudes by each number of a pinhole, (9, K, A)."""
@@ -111,6 +116,12 @@ class CameraChange:
                 beside = varied(self.camera, self._middle, values + step)
                 derivatives[k] = (self._seen(beside, height) - matrix) / _STEPS[k]
         return derivatives
+
+    def _uneven(self, values: F64, height: float) -> F64:
+        """Amplitudes (K, R) that motions of a camera leave whose numbers are `values` (9,)."""
+        moves = moving(values, self._middle, height)
+        seen = moves(self.camera, self.pattern.motions.tiles.xy)
+        return self._resolving @ seen.reshape(-1, seen.shape[2])
 
     def _seen(self, camera: synthetic.AnyCamera, height: float) -> F64:
         """Amplitudes (K, A) that a camera sees."""

@@ -16,7 +16,7 @@ import numpy as np
 from models.arrays import F64
 from models.bench.bench import NAMES, BenchEstimate
 from models.bench.learning import likeliest
-from models.bench.marginal import MarginalForward, marginal
+from models.bench.marginal import MarginalForward, marginal, noise_covariance
 from models.bench.traces import Traces
 from models.estimate import Estimate, Result
 from models.forward.bench_forward import BenchForward
@@ -192,12 +192,22 @@ def find_on_bench(
         if len(touches) == len(there.touches) and on.near(
             there.touches, touches, estimate.covariance
         ):
-            return estimate
+            return _with_systematic(estimate, there.forward)
         if rounds == 0 and len(touches) == len(start):  # they have moved since the last frame
             there = on.about(touches, left)
         else:
             there, touches = _settled(measured, on, touches, left, prior, solver)
-    return replace(fit(there, touches), result=Result.UNRESOLVABLE)
+    last = _with_systematic(fit(there, touches), there.forward)
+    return replace(last, result=Result.UNRESOLVABLE)
+
+
+def _with_systematic(estimate: Estimate, forward: MarginalForward) -> Estimate:
+    """Say what of its covariance is not noise."""
+    if not estimate.count or not np.isfinite(estimate.covariance).all():
+        return estimate
+    touches = np.column_stack([estimate.xy, estimate.force])
+    noise = noise_covariance(forward, touches, estimate.covariance)
+    return replace(estimate, systematic=estimate.covariance - noise)
 
 
 def _unexplained(estimate: Estimate, touches: F64) -> bool:

@@ -166,7 +166,8 @@ def _as_tracked(tracked: Tracked) -> Estimate:
 def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
     forward = problem.candidates.forward
     added = added_variance(forward, fit.touches, fit.residual.size)
-    touches, spread = sort_touches(fit.touches, widening(fit.touches, added) * fit.covariance)
+    wider = widening(fit.touches, added)
+    touches, spread = sort_touches(fit.touches, wider * fit.covariance)
     freedom = problem.freedom(fit)
     sound = needed and fit.converged and problem.candidates.within(touches)
     return Estimate(
@@ -178,6 +179,7 @@ def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
         p_value=float(chdtrc(freedom, fit.chi2 / (1.0 + added))),
         result=_judge(touches, spread, sound),
         stats=problem.stats(fit),
+        systematic=(1.0 - 1.0 / wider) * spread if added else None,
     )
 
 

@@ -216,21 +216,32 @@ def bench_as_known(scene: Scene, known: Calibration, report: Callable[[int, int]
     return replace(built, strain=False, max_touches=1)
 
 
-class _Shown(NamedTuple):
-    """Touch (3,) that the images of a press show, its whitened measurement and that whitening."""
+class ShownPress(NamedTuple):
+    """What the images of a press show.
+
+    Attributes
+    ----------
+    touch : (3,) float64, mm, mm, N
+    seen : (m,) float64
+        The whitened measurement.
+    whitening : (m, K + U) float64
+    moved : (R,) float64
+        By how much the camera has moved; see `models.Press`.
+    """
 
     touch: F64
     seen: F64
     whitening: F64
+    moved: F64
 
 
-def _shown(chain: Chain, one: Listed, image: F32) -> _Shown:
+def _shown(chain: Chain, one: Listed, image: F32) -> ShownPress:
     """Measure a press in the mean of its frames, and find its touch wherever the list has it."""
     start = None if one.place is None else np.array([[*one.place, one.force or _START]])
-    return _Shown(*measured(chain, image, start, one.press))
+    return measured(chain, image, start, one.press)
 
 
-def _press(one: Listed, shown: _Shown, reference_frames: int) -> models.Press:
+def _press(one: Listed, shown: ShownPress, reference_frames: int) -> models.Press:
     """Return a press with what the list knows of it."""
     (first, last), touch = one.frames, shown.touch.copy()
     if one.place is not None:
@@ -240,11 +251,11 @@ def _press(one: Listed, shown: _Shown, reference_frames: int) -> models.Press:
     along = inf if one.place is None else PLACE
     sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
     frames = last - first + 1, reference_frames
-    return models.Press.of_frames(shown.seen, touch, sigma, frames, shown.whitening)
+    return models.Press.of_frames(shown.seen, touch, sigma, frames, shown.whitening, shown.moved)
 
 
-def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F64, F64, F64]:
-    """Find the touch (3,) of an image, its whitened measurement and that whitening.
+def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPress:
+    """Find the touch of an image, and what it is found by.
 
     The reference is moved to the image; where that of a strong touch would be lost, the start of
     one may be given, (1, 3). The touch is searched for everywhere.
@@ -268,7 +279,8 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F6
     touch = np.column_stack([estimate.xy, estimate.force]).ravel()
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
-    return touch, white, np.ascontiguousarray(pattern.factor.T) / chain.noise
+    whitening = np.ascontiguousarray(pattern.factor.T) / chain.noise
+    return ShownPress(touch, white, whitening, seen.motion[chain.pattern.count :])
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:

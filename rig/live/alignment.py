@@ -62,13 +62,14 @@ class Alignment:
         count = estimate.count
         block = np.zeros((3, 3))
         block[:2, :2], block[2, 2] = self.matrix[:, :2], self.gain
-        turn = np.kron(np.eye(count), block)
+        turn, systematic = np.kron(np.eye(count), block), estimate.systematic
         corrected = self.correct(np.column_stack([estimate.xy, estimate.force]))
         return replace(
             estimate,
             xy=corrected[:, :2],
             force=corrected[:, 2],
             covariance=turn @ estimate.covariance @ turn.T,
+            systematic=None if systematic is None else turn @ systematic @ turn.T,
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import exp
+from math import exp, sqrt
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -34,11 +34,19 @@ class ReferenceFrame:
     noise : float, grey levels
     curve : (17,) float64, grey levels², optional
         Its variance by grey level, see `noise_curve`; None where it counts as the same everywhere.
+    frames : int
+        Of which the image is the mean; 0 where that is not known.
     """
 
     image: F32
     noise: float
     curve: F64 | None = None
+    frames: int = 0
+
+    @property
+    def own_noise(self) -> float | None:
+        """Noise of the image itself, σ/√N, grey levels; None where it is not known."""
+        return self.noise / sqrt(self.frames + 1) if self.frames else None
 
 
 def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
@@ -65,7 +73,8 @@ def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
     squares *= 1 + 1 / count
     variance = float(squares.mean(dtype=np.float64)) / (count - 1)
     noise = max(float(np.sqrt(variance)), MIN_NOISE)
-    return ReferenceFrame(mean, noise, noise_curve(mean, squares, count - 1, MIN_NOISE**2))
+    curve = noise_curve(mean, squares, count - 1, MIN_NOISE**2)
+    return ReferenceFrame(mean, noise, curve, count)
 
 
 def still_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:

@@ -81,7 +81,7 @@ def prepare_chain(
     """
     image, size = reference.image, motions.tiles.size
     given = tile_prefilter(image, size, reference.noise) if prefilter is None else prefilter
-    tile_reference = prepare_tiles(image, size, given)
+    tile_reference = prepare_tiles(image, size, given, reference.own_noise)
     noise = tile_reference.motion_noise(reference.noise)
     tiles = prepare_blocks(tile_reference, 1)
     aliased = noise**2 - reference.noise**2

@@ -118,7 +118,8 @@ class Diagnosing:
             factor = chain.masked_models.pattern_for(found.hidden).factor
             whitening = np.ascontiguousarray(factor.T) / chain.noise
         unknown, frames = np.full(3, np.inf), (1, self._references)
-        return models.Press.of_frames(found.measured, touch, unknown, frames, whitening)
+        moved = found.state.motion[chain.pattern.count :]
+        return models.Press.of_frames(found.measured, touch, unknown, frames, whitening, moved)
 
 
 def _diagnosed(chain: Chain, known: KnownBench, presses: tuple[models.Press, ...]) -> str:

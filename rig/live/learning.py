@@ -78,11 +78,13 @@ class Learned:
 class _Held:
     """A touch that is held: its first place and force (3,), and what frames have shown so far.
 
-    It came alone where the frame before showed no touch beside it.
+    The last of them has `moved` (R,) as the camera has. The touch came alone where the frame before
+    showed no touch beside it.
     """
 
     touch: F64
     shown: tuple[F64, ...]
+    moved: F64
     left: models.Traces
     came_alone: bool
 
@@ -302,10 +304,11 @@ class Learning:
         shown = _of_whole_pattern(found.measured, found.hidden, chain)
         if not self._may_be_weight(found):
             return None
+        moved = found.state.motion[chain.pattern.count :]
         if self._held is None or not _same(self._held.touch, touch):
             alone = self._before is not None and _is_apart(touch, self._before)
-            return _Held(touch, (shown,), found.state.memory.left, alone)
-        return replace(self._held, shown=(*self._held.shown, shown))
+            return _Held(touch, (shown,), moved, found.state.memory.left, alone)
+        return replace(self._held, shown=(*self._held.shown, shown), moved=moved)
 
     def _may_be_weight(self, found: FrameEstimate) -> bool:
         """Whether a touch may be the weight that is waited for, if one is."""
@@ -336,7 +339,7 @@ class Learning:
         if weight is not None:
             touch[2], sigma[2] = weight, WEIGHT * weight
             self.learned = replace(self.learned, weight=None)
-        press = models.Press.of_frames(shown, touch, sigma, frames, None)
+        press = models.Press.of_frames(shown, touch, sigma, frames, None, held.moved)
         if self._first is not None:
             self._first = self._first.with_press(press)
             self.learned = replace(self.learned, gathered=self.learned.gathered + 1)

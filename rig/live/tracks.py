@@ -31,7 +31,9 @@ class Track:
     identity : int
         Never given twice.
     posterior : TouchFilter
-        Of place, speed and force after the last frame that showed it.
+        Of place, speed and force after the last frame that showed it, by noise alone.
+    systematic : (3, 3) float64, mm and N
+        Covariance of x, y, F by what is the same in all its frames, as the last one has it.
     last_time : float, s
         Capture time of that frame.
     reported : (float, float), mm
@@ -40,8 +42,15 @@ class Track:
 
     identity: int
     posterior: TouchFilter
+    systematic: NDArray[np.float64]
     last_time: float
     reported: tuple[float, float]
+
+    @property
+    def seen(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Mean (3,) and covariance (3, 3) of x, y, F, as an estimate of a frame is."""
+        mean, noise = self.posterior.seen
+        return mean, noise + self.systematic
 
     @property
     def force(self) -> float:
@@ -67,7 +76,7 @@ class Track:
 
     def at(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Where it is expected at a time, s, and how hard: mean (3,) and covariance (3, 3)."""
-        return _predict(self, time).posterior.seen
+        return _predict(self, time).seen
 
 
 @dataclass(frozen=True)
@@ -159,8 +168,9 @@ def _update(
     track: Track, estimate: Estimate, index: int, time: float
 ) -> tuple[Track, Event | None]:
     """Correct a predicted track by what was seen; the event is None if it hardly moved."""
-    posterior = track.posterior.update(_seen(estimate, index), _spread(estimate, index))
-    after = replace(track, posterior=posterior, last_time=time)
+    noise, systematic = _parts(estimate, index)
+    posterior = track.posterior.update(_seen(estimate, index), noise)
+    after = replace(track, posterior=posterior, systematic=systematic, last_time=time)
     (x, y, _), spread = posterior.seen
     away = hypot(x - track.reported[0], y - track.reported[1])
     if away < max(MOVED, SURE * float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))):
@@ -171,13 +181,21 @@ def _update(
 
 def _begin(identity: int, estimate: Estimate, index: int, time: float) -> Track:
     x, y = estimate.xy[index].tolist()
-    posterior = landed(_seen(estimate, index), _spread(estimate, index))
-    return Track(identity, posterior, time, (x, y))
+    noise, systematic = _parts(estimate, index)
+    return Track(identity, landed(_seen(estimate, index), noise), systematic, time, (x, y))
 
 
 def _seen(estimate: Estimate, index: int) -> NDArray[np.float64]:
     """Return what a frame says of x, y and F, (3,) float64."""
     return np.append(estimate.xy[index], estimate.force[index])
+
+
+def _parts(estimate: Estimate, index: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Covariance (3, 3) of x, y and F by noise, and by what is the same in all frames."""
+    spread, systematic = estimate.touch_covariance(index), estimate.touch_systematic(index)
+    if not np.isfinite(spread).all():
+        return UNKNOWN, np.zeros((3, 3))
+    return spread - systematic, systematic
 
 
 def _spread(estimate: Estimate, index: int) -> NDArray[np.float64]:

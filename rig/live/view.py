@@ -52,7 +52,7 @@ def tracked_marks(tracks: Sequence[Track], estimate: Estimate) -> tuple[Mark, ..
     """
     return tuple(
         replace(
-            _mark(*track.posterior.seen),
+            _mark(*track.seen),
             identity=track.identity,
             velocity=track.sure_velocity,
             force_interval=interval,

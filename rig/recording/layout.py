@@ -1,8 +1,9 @@
 """What stands where in a recording.
 
 =====================  =====================  =====================================================
-/reference             (H, W) float32         mean of the reference frames; attributes `noise` and
-                                              `curve`, its variance by grey level
+/reference             (H, W) float32         mean of the reference frames; attributes `noise`,
+                                              `curve`, its variance by grey level, and `frames`,
+                                              how many they are, 0 where that is not known
 /frames/image          (N, H, W) uint8        images
 /frames/sequence       (N,) int64             numbers that the source gave them; written last
 /frames/captured       (N,) float64, s        monotonic clock
@@ -33,6 +34,7 @@
 /tares/image           (M, H, W) float32      references that were taken while the loop ran
 /tares/noise           (M,) float64           of these, grey levels
 /tares/curve           (M, 17) float64        variance by grey level, NaN where none is known
+/tares/frames          (M,) int64             of which they are the mean
 /tares/captured        (M,) float64, s        of the first frame that was compared with it
 /tares/check           (M,) uint32            CRC-32 of the image
 =====================  =====================  =====================================================
@@ -61,7 +63,7 @@ from rig.system.arrays import F64, AnyArray
 FORMAT, VERSION, READ = "touchplate session", 2, (1, 2)
 FINGERS = 10
 TARES = "tares/"
-CURVE = f"{TARES}curve"
+CURVE, FRAMES = f"{TARES}curve", f"{TARES}frames"
 REFERENCE = "frames/reference"
 IMAGES = ("frames/image", "frames/sums", "frames/strain", f"{TARES}image")
 """Large arrays, compressed frame by frame."""
@@ -115,6 +117,7 @@ def tare_shapes(shape: tuple[int, ...]) -> Shapes:
         "image": (shape, "f4"),
         "noise": ((), "f8"),
         "curve": ((COUNT,), "f8"),
+        "frames": ((), "i8"),
         "captured": ((), "f8"),
     }
     return {f"{TARES}{name}": part for name, part in parts.items()} | {f"{TARES}check": ((), "u4")}
@@ -127,6 +130,7 @@ def tare_row(reference: ReferenceFrame, captured: float) -> dict[str, AnyArray]:
         "image": image,
         "noise": np.asarray(reference.noise),
         "curve": np.full((COUNT,), np.nan) if reference.curve is None else reference.curve,
+        "frames": np.asarray(reference.frames),
         "captured": np.asarray(captured),
         "check": np.asarray(zlib.crc32(image.data), dtype=np.uint32),
     }

@@ -17,7 +17,7 @@ import numpy as np
 from rig.live.baseline import ReferenceFrame
 from rig.live.noise_curve import COUNT
 from rig.recording.fit import SHAPES as FIT_SHAPES, wrong_fit
-from rig.recording.layout import CHECK, CURVE, LAST, TARES, frame_check, tare_shapes
+from rig.recording.layout import CHECK, CURVE, FRAMES, LAST, TARES, frame_check, tare_shapes
 from rig.system.arrays import F32, F64, AnyArray
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 LARGE = 1e12  # of any place, force or time: beyond it a number is damaged
 WHITE = 65535.0  # grey levels
+MANY_FRAMES = 100_000  # of a reference: a minute at a thousand a second is less
 NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
     "frames/image": ("u", (0, 0)),
     "frames/captured": ("f", ()),
@@ -94,7 +95,8 @@ def read_reference(stored: h5py.Dataset) -> tuple[ReferenceFrame, str]:
     image = cast(F32, np.asarray(stored[()]))
     noise = float(np.asarray(stored.attrs["noise"], dtype=np.float64))
     check = int(np.asarray(stored.attrs["check"])) if "check" in stored.attrs else None
-    reference = ReferenceFrame(image, noise, _curve(stored.attrs.get("curve")))
+    frames = int(np.asarray(stored.attrs.get("frames", 0)))  # older recordings do not say
+    reference = ReferenceFrame(image, noise, _curve(stored.attrs.get("curve")), frames)
     return reference, _wrong_reference(reference, check)
 
 
@@ -104,7 +106,8 @@ def read_tare(arrays: Mapping[str, h5py.Dataset], number: int) -> tuple[Referenc
         np.asarray(arrays[f"{TARES}{name}"][number - 1]) for name in ("image", "noise", "check")
     )
     curve = _curve(arrays[CURVE][number - 1]) if CURVE in arrays else None
-    reference = ReferenceFrame(cast(F32, image), float(noise), curve)
+    frames = int(arrays[FRAMES][number - 1]) if FRAMES in arrays else 0
+    reference = ReferenceFrame(cast(F32, image), float(noise), curve, frames)
     return reference, _wrong_reference(reference, int(check))
 
 
@@ -120,7 +123,7 @@ def wrong_tares(arrays: Mapping[str, h5py.Dataset], shape: tuple[int, ...]) -> s
     """Say what is wrong with the arrays of the tares; empty where nothing is, or none are."""
     for name, (part, kind) in tare_shapes(shape).items() if arrays else ():
         array = arrays.get(name)
-        if array is None and name == CURVE:  # of older recordings
+        if array is None and name in (CURVE, FRAMES):  # of older recordings
             continue
         if array is None:
             return f"{name} is missing"
@@ -140,6 +143,8 @@ def _wrong_reference(reference: ReferenceFrame, check: int | None) -> str:
         return "grey levels of the reference are none"
     if not 0 <= noise <= WHITE:
         return f"noise is {noise:g} grey levels"
+    if not 0 <= reference.frames <= MANY_FRAMES:
+        return f"the reference is the mean of {reference.frames} frames"
     if curve is not None and not (curve.shape == (COUNT,) and (curve > 0).all()):
         return "variances by grey level are none"
     return ""

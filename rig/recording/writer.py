@@ -58,6 +58,7 @@ class Writer:
         stored.attrs["noise"] = reference.noise
         if reference.curve is not None:
             stored.attrs["curve"] = reference.curve
+        stored.attrs["frames"] = reference.frames
         stored.attrs["check"] = zlib.crc32(np.ascontiguousarray(reference.image).data)
         self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
         tares = tare_shapes(reference.image.shape)

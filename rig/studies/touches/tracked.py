@@ -85,7 +85,7 @@ def follow(path: Path, rate: float, sigma: float, seed: int) -> Errors:
             if time < AFTER:
                 continue
             track = next(one for one in tracks.tracks if one.identity == name)
-            found, covariance = track.posterior.seen
+            found, covariance = track.seen
             later = track.at(time + AHEAD)[0][:2] - path(time + AHEAD)[:2]
             pace = (np.array(path(time)) - path(time - 1 / rate))[:2] * rate
             deviation = np.sqrt(np.diag(covariance))

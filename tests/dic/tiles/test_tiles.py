@@ -236,11 +236,38 @@ def test_a_pattern_that_aliasing_hides_is_left_alone():
     np.testing.assert_array_equal(biased, left)
 
 
-def biases(shift, width):
+@pytest.mark.parametrize("sigma", [0.0, 0.5])
+@pytest.mark.parametrize("shift", [(0.25, 0.25), (0.7, -0.2)])
+def test_noise_of_the_reference_does_not_bias_a_shift(shift, sigma):
+    """Noise of 1 where the spots have a slope of 3 to 5 a pixel; frames without noise."""
+    biased, left = np.zeros(2), np.zeros(2)
+    for seed in range(8):
+        prepared, without, corrected = biases(shift, 0.9, (1.0, seed), sigma)
+        assert (prepared.bias > 1e-3).all()
+        biased, left = biased + without / 8, left + corrected / 8
+    assert np.abs(biased).max() > 4e-3
+    assert np.abs(left).max() < 0.15 * np.abs(biased).max()
+
+
+def test_a_reference_of_unknown_noise_counts_as_one_without():
+    rng, image = np.random.default_rng(2), spots(np.empty((0, 2)), 0.9)
+    image = image + 20.0 * ndimage.gaussian_filter(rng.standard_normal(image.shape), 1.5)
+    unknown, none = dic.prepare_tiles(image, SIZE), dic.prepare_tiles(image, SIZE, noise=0.0)
+    noisy = dic.prepare_tiles(image, SIZE, noise=1.0)
+    np.testing.assert_allclose(unknown.bias, none.bias, rtol=0.1)
+    assert (noisy.bias > none.bias).all()
+
+
+def test_a_noise_of_the_reference_that_is_none_is_refused():
+    refused("^noise must be", dic.prepare_tiles, RAMP, 8, 0.0, -1.0)
+
+
+def biases(shift, width, noise=(0.0, 0), sigma=0.0):
     """Give a reference, and the bias of a shift of its tiles as it is and as it is corrected."""
     dots = np.random.default_rng(3).uniform((0, 0), (200, 150), (3000, 2))
     still, moved = (spots(dots + offset, width) for offset in ((0.0, 0.0), shift))
-    prepared = dic.prepare_tiles(still, SIZE)
+    own = noise[0] * np.random.default_rng(noise[1]).standard_normal(still.shape)
+    prepared = dic.prepare_tiles(still + own, SIZE, sigma, noise[0] or None)
     sums = dic.tile_sums(prepared, moved, np.tile(shift, (len(prepared.hessian), 1)))
     corrected = replace(sums, gradient=dic.unbiased_gradient(prepared, sums))
     return prepared, *(best_shift(prepared, each) - shift for each in (sums, corrected))

@@ -184,6 +184,40 @@ def test_the_noise_of_one_reference_is_found_and_enters_the_sigma(forward):
     assert found < 0.9 * left
 
 
+class Slanted:
+    """A look of a camera whose motions leave something, whatever its numbers are."""
+
+    def __init__(self, forward, uneven):
+        seeing = forward.fields.seeing
+        none = np.zeros((len(models.CAMERA), *seeing.shape)), np.zeros(seeing.shape)
+        self.seen = models.Seen(seeing, *none, uneven)
+
+    def at(self, values, thicker=0.0):
+        return self.seen
+
+
+def test_what_a_camera_that_moved_leaves_is_no_bench(forward, true, identified):
+    rng = np.random.default_rng(6)
+    uneven = 0.05 * rng.standard_normal((forward.whitening.shape[1], 4))
+    moved = rng.standard_normal((len(PLACES), 4))
+    made = [
+        replace(press, measured=press.measured + forward.whitening @ (uneven @ by), moved=by)
+        for press, by in zip(presses(forward, true), moved, strict=True)
+    ]
+    free = [name for name in NAMES if name not in dict(models.CAMERA)]
+    prior = models.bench_before(PLATE)
+    found = models.identify(forward, made, prior, Slanted(forward, uneven), free)
+    unknown = models.identify(forward, made, prior)
+    sigma = np.sqrt(np.diag(identified.covariance))[:PLATE_NUMBERS]
+    known = sigma > 0
+    off, without = (
+        (np.abs(each.values - identified.values)[:PLATE_NUMBERS] / sigma)[known]
+        for each in (found, unknown)
+    )
+    assert off.max() < 0.05
+    assert without.max() > 1.0
+
+
 @pytest.mark.parametrize("size", [0.0, 0.005, 0.03])
 def test_what_the_model_leaves_out_widens_the_sigma_and_the_covariance_stays_one(
     forward, true, size
@@ -255,6 +289,38 @@ def test_touches_on_an_unknown_bench_scatter_as_stated(forward):
             squares.append(off @ np.linalg.solve(estimate.covariance, off) / 3)
     assert counts.count(1) >= 11
     assert np.mean(squares) < 2.0
+
+
+def test_noise_scatters_from_frame_to_frame_and_what_is_not_known_of_the_bench_does_not(forward):
+    prior, touch = models.bench_before(PLATE), np.array([62.0, 48.0, 2.0])
+    estimator = models.Estimator(forward, bench=prior, max_touches=1)
+    rng, scattered, shifted = np.random.default_rng(11), [], []
+    for _ in range(10):
+        bench = rng.normal(0.0, 0.5 * prior.prior)
+        bench[EVEN] = np.abs(bench[EVEN])
+        bench[SLOPES], bench[PLATE_NUMBERS:] = 0.0, 0.0
+        start, errors = touch[None], []
+        for _ in range(16):
+            found = estimator.fit_whitened(measure(forward, bench, [touch], rng), start, count=1)
+            start = np.column_stack([found.xy, found.force])
+            errors.append(start[0] - touch)
+        mean = np.mean(errors, axis=0)
+        systematic = found.touch_systematic(0)
+        noise = found.touch_covariance(0) - systematic
+        scattered += [off @ np.linalg.solve(noise, off) / 3 for off in errors - mean]
+        shifted.append(mean @ np.linalg.solve(systematic + noise / 16, mean) / 3)
+        assert np.linalg.eigvalsh(systematic).min() > 0.0
+        assert np.trace(systematic[:2, :2]) > np.trace(noise[:2, :2])  # the bench errs most here
+    assert np.mean(scattered) == pytest.approx(15 / 16, rel=0.15)
+    assert np.mean(shifted) < 2.0
+
+
+def test_without_a_bench_all_of_the_covariance_is_noise(forward):
+    touch = np.array([62.0, 48.0, 2.0])
+    measured = measure(forward, np.zeros(len(NAMES)), [touch], np.random.default_rng(1))
+    found = models.Estimator(forward, max_touches=1).fit_whitened(measured)
+    assert found.systematic is None
+    assert (found.touch_systematic(0) == 0.0).all()
 
 
 def test_a_touch_that_is_followed_is_that_of_its_frame_alone(forward, identified, true):

@@ -110,6 +110,26 @@ def test_a_camera_at_a_slant_with_a_lens_moves_the_image_as_it_is_projected():
     assert np.abs(left).max() < 2e-3 * np.abs(moved).max()
 
 
+def test_what_is_left_of_a_camera_at_a_slant_that_moves_is_predicted(look, seen):
+    middle, px = (75.0, 55.0, 0.0), look.pattern.motions.tiles.xy
+    off = models.varied(CAMERA, middle, MOVED)
+    points = np.column_stack([off.on_plate(px, HEIGHT), np.full(len(px), HEIGHT)])
+    drift = np.array([1e-4, -2e-4, 1e-4, 0.02, -0.03, 0.01, 0.0, 0.0, 0.0])
+    moved = (models.varied(CAMERA, middle, MOVED + drift).project(points) - px).ravel()
+    basis = models.with_tilts(CAMERA, px).reshape(len(moved), -1)
+    by_camera = np.linalg.lstsq(basis, moved, rcond=None)[0]
+
+    def left(motion):
+        """Amplitudes of the plate for which the motion of the tiles is taken."""
+        spread = look.pattern.motions.spread
+        tiles = look.pattern.resolving.T.reshape(len(px), -1)
+        return spread.smooth_adjoint(tiles).reshape(len(motion), -1).T @ motion
+
+    taken = left(moved)
+    assert np.linalg.norm(taken - seen.uneven @ by_camera) < 0.15 * np.linalg.norm(taken)
+    assert np.linalg.norm(left(basis @ by_camera)) < 0.1 * np.linalg.norm(taken)
+
+
 def test_a_camera_as_described_moves_the_image_by_shifts_turns_and_tilts():
     px = np.random.default_rng(5).uniform(20.0, np.array(CAMERA.size) - 20.0, (40, 2))
     found = models.moving(np.zeros(9), (75.0, 55.0, 0.0), 1.0)(CAMERA, px)

@@ -28,7 +28,9 @@ def forward():
 def chain(forward, monkeypatch):
     """Give what the diagnosis asks of a chain, whose camera stands as it is said."""
     monkeypatch.setattr(KnownBench, "look", lambda known, pattern: None)
-    return SimpleNamespace(pattern=SimpleNamespace(forward=lambda noise: forward), noise=1.0)
+    return SimpleNamespace(
+        pattern=SimpleNamespace(forward=lambda noise: forward, count=0), noise=1.0
+    )
 
 
 def frames(forward, p_value, extra=False, **wrong):
@@ -44,7 +46,12 @@ def frames(forward, p_value, extra=False, **wrong):
         estimate = Estimate(
             found[:, :2], found[:, 2], np.eye(found.size), 900.0, 99, p_value, Result.FOUND
         )
-        yield SimpleNamespace(estimate=estimate, measured=seen, hidden=np.zeros(9, dtype=bool))
+        yield SimpleNamespace(
+            estimate=estimate,
+            measured=seen,
+            hidden=np.zeros(9, dtype=bool),
+            state=SimpleNamespace(motion=np.zeros(6)),
+        )
 
 
 def follow(diagnosing, shown, chain):

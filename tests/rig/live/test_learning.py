@@ -60,7 +60,7 @@ def frames(forward):
             estimate=estimate,
             measured=seen + rng.standard_normal(len(seen)),
             hidden=np.zeros(4, dtype=bool),
-            state=SimpleNamespace(memory=Memory()),
+            state=SimpleNamespace(memory=Memory(), motion=np.zeros(len(seen) + 6)),
         )
         return SimpleNamespace(**{**vars(one), **changed})
 
@@ -73,7 +73,7 @@ def chain_of(forward):
     visible = SimpleNamespace(factor=0.9 * factor)
     return SimpleNamespace(
         estimator=SimpleNamespace(forward=forward),
-        pattern=SimpleNamespace(factor=factor),
+        pattern=SimpleNamespace(factor=factor, count=len(factor)),
         noise=1.0,
         masked_models=SimpleNamespace(pattern_for=lambda hidden: visible),
     )

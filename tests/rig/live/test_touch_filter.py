@@ -106,6 +106,28 @@ def test_a_track_says_where_its_finger_will_be():
     assert spread[0, 0] > 0.04
 
 
+def test_what_all_frames_err_by_alike_is_not_averaged():
+    rng, noise = np.random.default_rng(3), np.diag(SIGMA**2)
+    systematic = np.diag([0.3, 0.2, 0.06]) ** 2
+    within, sigma = [], []
+    for _ in range(40):
+        tracks, off = Tracks(), np.sqrt(np.diag(systematic)) * rng.standard_normal(3)
+        for k in range(30):
+            seen = np.array([100.0, 60.0, 2.0]) + off + SIGMA * rng.standard_normal(3)
+            whole = noise + systematic
+            estimate = Estimate(
+                seen[None, :2], seen[2:], whole, 1.0, 1, 0.5, Result.FOUND, systematic=systematic
+            )
+            tracks, _, _ = tracks.follow(estimate, k / RATE)
+        (track,) = tracks.tracks
+        found, covariance = track.at(29 / RATE)
+        sigma.append(np.sqrt(np.diag(covariance)))
+        within.append((found - [100.0, 60.0, 2.0]) / sigma[-1])
+    assert rms(np.array(within)) == pytest.approx(1.0, abs=0.3)
+    assert (np.array(sigma) >= np.sqrt(np.diag(systematic))).all()
+    assert (np.median(sigma, axis=0) < np.sqrt(np.diag(systematic + 0.3 * noise))).all()
+
+
 def test_frames_out_of_order_change_nothing_but_what_they_say():
     tracks = Tracks()
     seen = Estimate(
