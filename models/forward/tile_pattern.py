@@ -57,6 +57,9 @@ class TilePattern:
         Lower Cholesky factor of the modes' normal matrix with camera and light eliminated.
     shutter : RollingShutter, optional
         When each tile is read, where not all are at once.
+    uneven : (K, R) float64, optional
+        What a unit of each rigid motion leaves of the plate's amplitudes, where the camera moves
+        the image otherwise than `motions` has it; see `Seen.uneven`. `whiten` takes it off.
     """
 
     motions: ImageMotions
@@ -67,6 +70,7 @@ class TilePattern:
     elimination: F64
     factor: F64
     shutter: RollingShutter | None = None
+    uneven: F64 | None = None
 
     @property
     def count(self) -> int:
@@ -127,7 +131,7 @@ class TilePattern:
         normal = self.whole - normal if part is hidden else normal
         try:
             visible = _reduced(self.motions, self.reference, self.whole, hidden, normal)
-            return replace(visible, shutter=self.shutter)
+            return replace(visible, shutter=self.shutter, uneven=self.uneven)
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"{np.mean(hidden):.0%} of the tiles are hidden, and the others cannot tell "
@@ -153,7 +157,14 @@ class TilePattern:
     def whiten(self, right: F64, noise: float) -> F64:
         """Reduce a right-hand side to K numbers with white noise of variance 1."""
         modal = self._eliminated(right)
-        return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
+        white = solve_triangular(self.factor, modal, lower=True, check_finite=False)
+        if self.uneven is not None:
+            white = white - self.factor.T @ (self.uneven @ self.motion(right)[self.count :])
+        return white / noise
+
+    def left_in(self, motion: F64) -> F64 | None:
+        """Give the rigid part (R,) of a motion (K + R,) whose rest `whiten` leaves in; or None."""
+        return None if self.uneven is not None else motion[self.count :]
 
     @cached_property
     def resolving(self) -> F64:

@@ -225,14 +225,14 @@ class ShownPress(NamedTuple):
     seen : (m,) float64
         The whitened measurement.
     whitening : (m, K + U) float64
-    moved : (R,) float64
+    moved : (R,) float64 or None
         By how much the camera has moved; see `models.Press`.
     """
 
     touch: F64
     seen: F64
     whitening: F64
-    moved: F64
+    moved: F64 | None
 
 
 def _shown(chain: Chain, one: Listed, image: F32) -> ShownPress:
@@ -280,7 +280,7 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     whitening = np.ascontiguousarray(pattern.factor.T) / chain.noise
-    return ShownPress(touch, white, whitening, seen.motion[chain.pattern.count :])
+    return ShownPress(touch, white, whitening, pattern.left_in(seen.motion))
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:

@@ -78,13 +78,13 @@ class Learned:
 class _Held:
     """A touch that is held: its first place and force (3,), and what frames have shown so far.
 
-    The last of them has `moved` (R,) as the camera has. The touch came alone where the frame before
-    showed no touch beside it.
+    In the last of them the camera has `moved` (R,), see `TilePattern.left_in`. The touch came alone
+    where the frame before showed no touch beside it.
     """
 
     touch: F64
     shown: tuple[F64, ...]
-    moved: F64
+    moved: F64 | None
     left: models.Traces
     came_alone: bool
 
@@ -304,7 +304,7 @@ class Learning:
         shown = _of_whole_pattern(found.measured, found.hidden, chain)
         if not self._may_be_weight(found):
             return None
-        moved = found.state.motion[chain.pattern.count :]
+        moved = chain.pattern.left_in(found.state.motion)
         if self._held is None or not _same(self._held.touch, touch):
             alone = self._before is not None and _is_apart(touch, self._before)
             return _Held(touch, (shown,), moved, found.state.memory.left, alone)
@@ -398,11 +398,12 @@ def on_learned(chain: Chain, known: NextBench) -> Chain:
     if np.array_equal(before.forward.fields.values, bench.values):  # it is less sure, no more
         estimator = replace(before, bench=bench, grid=before.candidates)
         return replace(chain, masked_models=MaskedModels(pattern, estimator, chain.noise))
-    forward = before.forward.moved(bench.values)
+    forward, uneven = before.forward.moved(bench.values), pattern.uneven
     if known.seen is not None:
-        forward = before.forward.on(bench.values, known.seen)
+        forward, uneven = before.forward.on(bench.values, known.seen), known.seen.uneven
     motions = replace(pattern.motions, modes=forward.fields, large=forward.fields)
     grid = replace(before.candidates, forward=forward)
     estimator = replace(before, forward=forward, bench=bench, grid=grid)
-    masked = MaskedModels(replace(pattern, motions=motions), estimator, chain.noise)
+    on_bench = replace(pattern, motions=motions, uneven=uneven)
+    masked = MaskedModels(on_bench, estimator, chain.noise)
     return replace(chain, masked_models=masked)

@@ -317,3 +317,22 @@ def test_a_camera_that_tilts_leaves_the_touches_where_they_are(bench):
     estimate = models.find(pattern.whiten(right, NOISE), search)
     np.testing.assert_allclose(estimate.xy, [[60.0, 70.0]], atol=1e-5)
     assert estimate.count == 1
+
+
+def test_what_a_camera_leaves_is_taken_off_by_how_much_it_moved(bench):
+    """Two numbers of the plate seem to change with a shift; without one nothing is taken off."""
+    uneven = np.zeros((bench.pattern.count, len(bench.pattern.still()) - bench.pattern.count))
+    uneven[0, 0], uneven[2, 0] = 0.03, -0.02
+    other = replace(bench.pattern, uneven=uneven)
+    for shift in (0.0, 0.2):
+        moved = bench.pattern.still()
+        moved[bench.pattern.count] = shift
+        sums = tile_sums(bench.reference, bench.image(), bench.pattern.motions.flow(moved))
+        right = bench.pattern.gradient(sums, moved)
+        motion = bench.pattern.motion(right)
+        taken = bench.pattern.whiten(right, NOISE) - other.whiten(right, NOISE)
+        by = bench.pattern.left_in(motion)
+        expected = bench.pattern.factor.T @ (uneven @ by) / NOISE
+        np.testing.assert_allclose(taken, expected, atol=1e-9)
+        assert other.left_in(motion) is None
+    assert other.hiding(np.arange(len(other.hidden)) < 9).uneven is uneven

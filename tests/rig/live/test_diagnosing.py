@@ -29,7 +29,8 @@ def chain(forward, monkeypatch):
     """Give what the diagnosis asks of a chain, whose camera stands as it is said."""
     monkeypatch.setattr(KnownBench, "look", lambda known, pattern: None)
     return SimpleNamespace(
-        pattern=SimpleNamespace(forward=lambda noise: forward, count=0), noise=1.0
+        pattern=SimpleNamespace(forward=lambda noise: forward, left_in=lambda motion: motion),
+        noise=1.0,
     )
 
 
