@@ -42,6 +42,7 @@ NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
 }
 """Kind of number and shape of a frame's part; 0 for any length."""
 
+COVARIANCE = "touches/covariance"
 LEFT, TRACE, SCATTER = "start/left", "start/trace", "start/trace_scatter"
 TRACES: Mapping[str, tuple[str, tuple[int, ...]]] = {
     LEFT: ("f", (0, 3)),
@@ -159,6 +160,10 @@ def wrong_numbers(row: Mapping[str, AnyArray]) -> str:
         absent = np.isnan(numbers)
         if (np.abs(numbers[~absent]) > LARGE).any() or (name in ALWAYS and absent.any()):
             return f"{name} holds a number that cannot be"
+    spread = np.asarray(row.get(COVARIANCE, np.zeros((0, 3, 3))))
+    known = spread[np.isfinite(spread).all(axis=(1, 2))]  # infinite where nothing is known
+    if (np.abs(known) > LARGE**2).any() or (np.diagonal(known, axis1=1, axis2=2) < 0.0).any():
+        return f"{COVARIANCE} is no covariance"
     return wrong_fit(row) or (_wrong_traces(row) if SCATTER in row else "")
 
 

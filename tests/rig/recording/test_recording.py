@@ -199,6 +199,33 @@ def test_a_fit_that_cannot_be_is_refused(session, tmp_path, name, value, wrong):
         pass
 
 
+@pytest.mark.parametrize("forged", [-1.0, 1e300])
+def test_a_covariance_that_cannot_be_is_refused(session, tmp_path, forged):
+    path = tmp_path / "session.h5"
+    session(path, PRESSED)
+    with h5py.File(path, "r+") as file:
+        known = np.isfinite(file["touches/covariance"][:, 0, 0, 0])
+        frame = int(np.flatnonzero(known)[0])
+        file["touches/covariance"][frame, 0, 1, 1] = forged
+        del file["frames/check"]
+    with open_session(path) as recording:
+        recording.row(0)
+        with pytest.raises(OSError, match="touches/covariance is no covariance"):
+            recording.row(frame)
+
+
+def test_the_number_of_frames_of_the_reference_comes_back(session, tmp_path):
+    path = tmp_path / "session.h5"
+    bench, _, _ = session(path, PRESSED[:2])
+    with open_session(path) as stored:
+        assert stored.reference.frames == bench.reference_frames
+    with h5py.File(path, "r+") as file:
+        del file["reference"].attrs["frames"], file["tares/frames"]
+    with open_session(path) as stored:
+        assert stored.reference.frames == 0, "as in recordings of the release before"
+        assert stored.reference.own_noise is None
+
+
 def test_a_disk_that_fills_up_ends_the_recording_and_not_the_loop(session, tmp_path):
     path = tmp_path / "session.h5"
     calls = iter([RESERVE * 2] * 5)
