@@ -36,7 +36,7 @@ from rig.sources.script import TOUR_LENGTH
 from rig.sources.twin import open_play
 from rig.studies.real_bench.twin_truth import SCENE
 from rig.studies.study import line, rms, run, timed
-from rig.studies.touches.pattern import AGAINST, EDGES, MODES, SENSOR, Bench, stand
+from rig.studies.touches.pattern import AGAINST, EDGES, FRAMES, MODES, SENSOR, Bench, stand
 from rig.system.arrays import F64, AnyArray
 from rig.system.timing import Stopwatch
 
@@ -130,7 +130,8 @@ def prepared(bench: Bench, max_touches: int) -> Chain:
     plate = models.large_plate(fe.reduced_plate(bench.plate), MODES)
     height, tiles = bench.camera.face_height(THICKNESS), bench.reference.tiles
     motions = models.prepare_motions(plate.modes, bench.camera, height, tiles, plate)
-    return prepare_chain(ReferenceFrame(bench.reference.image, AGAINST), motions, max_touches)
+    rest = ReferenceFrame(bench.reference.image, AGAINST, None, FRAMES)
+    return prepare_chain(rest, motions, max_touches)
 
 
 def pressed(bench: Bench, chain: Chain, count: int, scenes: int) -> Pressed:

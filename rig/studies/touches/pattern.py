@@ -58,7 +58,8 @@ def stand(thickness: float, pixels: int, edges: fe.Edge | fe.Edges = EDGES["four
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
     rng = np.random.default_rng(0)
     taken = np.array([SENSOR.capture(light, rng) for _ in range(FRAMES)], dtype=np.float64)
-    return Bench(plate, camera, warper, prepare_tiles(taken.mean(axis=0), TILE))
+    own = NOISE / float(np.sqrt(FRAMES))
+    return Bench(plate, camera, warper, prepare_tiles(taken.mean(axis=0), TILE, noise=own))
 
 
 NO_TOUCHES = np.empty((0, 3))
