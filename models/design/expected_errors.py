@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dic import TileReference, Tiles, prepare_blocks, prepare_tiles
+from dic import TileReference, Tiles, prepare_blocks
 from models.arrays import F64
 from models.forward.linear import Forward
 from models.forward.tile_pattern import LIGHT, TilePattern
@@ -118,20 +118,19 @@ def shape_over(size: tuple[float, float], across: int = 24) -> tuple[int, int]:
     return a, b
 
 
-def gradient_energy(image: F64, tile: int) -> float:
+def gradient_energy(patch: TileReference) -> float:
     """Measure the mean squared gradient of a pattern along one direction, grey levels² a px².
 
-    What a gain and an offset of the light of each tile explain is not in it.
+    What a gain and an offset of the light of each tile explain is not in it, nor is what a
+    prefilter takes away.
 
     Parameters
     ----------
-    image : (H, W) array, grey levels
-        A patch without noise, some twenty speckles wide or more.
-    tile : int, px
-        Side of the tiles.
+    patch : TileReference
+        Of an image without noise, some twenty speckles wide or more.
     """
-    hessian = prepare_blocks(prepare_tiles(image, tile), 1).hessian
-    return float(hessian[:, [0, 1], [0, 1]].mean() / tile**2)
+    hessian = prepare_blocks(patch, 1).hessian
+    return float(hessian[:, [0, 1], [0, 1]].mean() / patch.tiles.size**2)
 
 
 def equal_tiles(tiles: Tiles, energy: float) -> TileReference:

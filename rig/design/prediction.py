@@ -14,7 +14,15 @@ import numpy as np
 import fe
 import models
 import synthetic
-from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums, unbiased_gradient
+from dic import (
+    TileReference,
+    lay_tiles,
+    prepare_blocks,
+    prepare_tiles,
+    tile_prefilter,
+    tile_sums,
+    unbiased_gradient,
+)
 from models import (
     ExpectedErrors,
     equal_tiles,
@@ -53,8 +61,10 @@ class Prediction:
         Over the plate, for that pattern and a noise of 1 grey level.
     interpolated : ExpectedErrors
         Over the plate, by what interpolation leaves if it doubled small motions.
+    patch : TileReference
+        Of the pattern as the camera sees it in its middle, behind the prefilter of the live loop.
     energy : float, grey levels² a px²
-        Mean squared gradient of the pattern as the camera sees it.
+        Mean squared gradient of that.
     gain : float
         Part by which small motions are measured too large, where aliasing keeps tiles from knowing
         what interpolation adds.
@@ -65,8 +75,14 @@ class Prediction:
     pattern: models.TilePattern
     unit: ExpectedErrors
     interpolated: ExpectedErrors
+    patch: TileReference
     energy: float
     gain: float
+
+    @property
+    def noise(self) -> float:
+        """Noise by which tiles err, with what aliasing leaves, grey levels."""
+        return self.patch.motion_noise(self.setup.noise)
 
     def at_noise(self, noise: float) -> ExpectedErrors:
         """Return the bound for a noise, grey levels, of a frame less the reference."""
@@ -74,9 +90,9 @@ class Prediction:
 
     @property
     def errors(self) -> ExpectedErrors:
-        """Errors for the noise of the setup and for what interpolation leaves of its pattern."""
+        """Errors for the noise of the setup, and what interpolation and aliasing leave."""
         interpolated = self.interpolated.scaled(abs(self.gain))
-        return self.at_noise(self.setup.noise).combined_with(interpolated)
+        return self.at_noise(self.noise).combined_with(interpolated)
 
 
 def predict(
@@ -112,10 +128,11 @@ def predict(
         unit = expected_errors(pattern.forward(1.0), touches)
         interpolated = errors_of_interpolation(pattern, touches)
     if like is not None and _drawn(like.setup) == _drawn(setup):
-        energy, gain = like.energy, like.gain
+        patch, energy, gain = like.patch, like.energy, like.gain
     else:
-        energy, gain = pattern_energy(setup), remaining_gain(setup)
-    return Prediction(setup, force, pattern, unit, interpolated, energy, gain)
+        patch = patch_of(setup)
+        energy, gain = gradient_energy(patch), remaining_gain(setup, patch)
+    return Prediction(setup, force, pattern, unit, interpolated, patch, energy, gain)
 
 
 def _unit_pattern(given: Setup, modal: fe.ModalPlate | None) -> models.TilePattern:
@@ -137,7 +154,7 @@ def from_strain(prediction: Prediction, motions: models.ImageMotions) -> Expecte
     strain = models.prepare_strain_map(
         pattern, blocks, given.camera.build(given.plate), given.dic.window
     )
-    return expected_errors(strain.forward(given.noise), touches_over(given.plate.size, UNIT))
+    return expected_errors(strain.forward(prediction.noise), touches_over(given.plate.size, UNIT))
 
 
 def linear_to(plate: fe.Plate) -> float:
@@ -217,17 +234,18 @@ def equal_pattern(given: Setup, motions: models.ImageMotions, energy: float) -> 
         ) from None
 
 
-def pattern_energy(given: Setup) -> float:
-    """Measure the mean squared gradient of the pattern in the image, grey levels² a px²."""
-    return gradient_energy(_patch(given), given.tile)
+def patch_of(given: Setup) -> TileReference:
+    """Prepare the middle of the image, without noise, as the live loop prepares its reference."""
+    image, told = _patch(given), given.dic.prefilter
+    chosen = tile_prefilter(image, given.tile, given.noise) if told is None else told
+    return prepare_tiles(image, given.tile, chosen)
 
 
-def remaining_gain(given: Setup) -> float:
-    """Measure the part by which tiles find a small motion of the pattern too large.
+def remaining_gain(given: Setup, reference: TileReference) -> float:
+    """Measure the part by which the tiles of its patch find a small motion too large.
 
     Its image is rendered moved, so that aliasing is in it as in a camera's.
     """
-    reference = prepare_tiles(_patch(given), given.tile)
     flow = np.full((len(reference.hessian), 2), SMALL)
     sums = tile_sums(reference, _patch(given, (SMALL, SMALL)), flow)
     left: F64 = -unbiased_gradient(reference, sums).sum(axis=0)

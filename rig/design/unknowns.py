@@ -10,7 +10,6 @@ import fe
 import models
 from models import CAUSES, ExpectedErrors
 from rig.design.prediction import Prediction, equal_pattern, fields, image_motions, touches_over
-from rig.design.setup import Setup
 from rig.system.arrays import F64
 
 GROUPS = {"Young's modulus": ("young",), **CAUSES}
@@ -74,7 +73,7 @@ def unknowns(now: Prediction, modal: fe.ModalPlate, force: float) -> Unknowns:
     """
     given = now.setup
     flat, touches = given.plate.build(), touches_over(given.plate.size, force, _ACROSS)
-    forward = _on_bench(given, modal, now.energy)
+    forward = _on_bench(now, modal)
     bench = models.bench_before(flat)
     presses = _presses(given.plate.size, force)
     known = models.bench_after(forward, bench, presses, LABEL, FRAMES**-0.5)
@@ -101,13 +100,14 @@ def _presses(size: tuple[float, float], force: float) -> F64:
     return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, force)])
 
 
-def _on_bench(given: Setup, modal: fe.ModalPlate, energy: float) -> models.BenchForward:
+def _on_bench(now: Prediction, modal: fe.ModalPlate) -> models.BenchForward:
     """Prepare the pattern through a camera whose place and lens may be other ones."""
+    given = now.setup
     motions = image_motions(given.plate, given.camera, given.tile, modal)
-    pattern = equal_pattern(given, motions, energy)
+    pattern = equal_pattern(given, motions, now.energy)
     flat, described = given.plate.build(), np.zeros(len(models.CAMERA))
     whole, view = fields(modal, flat), given.camera.build(given.plate)
     height = view.face_height(flat.thickness)
     look = models.CameraChange(pattern, whole.whole, view, height)
     through = whole.through(look.at(described, 0.0), described)
-    return through.forward(pattern.factor / given.noise)
+    return through.forward(pattern.factor / now.noise)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rig.design.prediction import pattern_energy
+from rig.design.prediction import patch_of
 from rig.design.setup import setup_of
 from rig.scene import Scene
 from rig.scene.plate import TouchesSection
@@ -26,7 +26,7 @@ def described_bench(scene: Scene) -> models.DescribedBench:
     ValueError
         The scene lacks a part, or its camera is no pinhole.
     """
-    from models import DescribedBench
+    from models import DescribedBench, gradient_energy
 
     setup = setup_of(scene)
     if setup.camera.kind != "pinhole":
@@ -34,7 +34,7 @@ def described_bench(scene: Scene) -> models.DescribedBench:
             f"a touch net is trained before a pinhole, got a camera of kind '{setup.camera.kind}';"
             " set camera.kind to 'pinhole'"
         )
-    noise = float(setup.noise / np.sqrt(pattern_energy(setup)))
+    noise = float(setup.noise / np.sqrt(gradient_energy(patch_of(setup))))
     camera = setup.camera
     return DescribedBench(
         setup.plate.build(), camera.stand_off, camera.pixels, setup.dic.tile, noise

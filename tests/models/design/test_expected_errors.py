@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import dic
 import models
 from models.design.expected_errors import (
     equal_tiles,
@@ -20,7 +21,7 @@ def test_a_patch_of_the_pattern_gives_the_bound_of_the_whole(bench):
     patch = image[60:200, 80:250]
     motions = models.prepare_motions(bench.modes, bench.camera, bench.height, bench.reference.tiles)
     expected = models.prepare_pattern(
-        motions, equal_tiles(motions.tiles, gradient_energy(patch, 8))
+        motions, equal_tiles(motions.tiles, gradient_energy(dic.prepare_tiles(patch, 8)))
     )
     true = models.prepare_pattern(motions, bench.reference)
     rng = np.random.default_rng(3)
@@ -54,7 +55,9 @@ def test_gradient_energy_is_that_of_a_wave():
     x, y = np.meshgrid(np.arange(256.0), np.arange(208.0))
     k = 2 * np.pi / 8.0
     wave = 100 + 30 * np.sin(k * x) + 20 * np.sin(k * y)
-    assert gradient_energy(wave, 16) == pytest.approx(k**2 * (30**2 + 20**2) / 4, rel=0.01)
+    assert gradient_energy(dic.prepare_tiles(wave, 16)) == pytest.approx(
+        k**2 * (30**2 + 20**2) / 4, rel=0.01
+    )
 
 
 def test_cells_lie_evenly_over_a_plate_that_is_not_square():

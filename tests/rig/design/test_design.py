@@ -17,7 +17,7 @@ from rig.commands.design import _place
 from rig.design.changes import changes
 from rig.design.limits import refusal
 from rig.design.outlook import design, search_for
-from rig.design.prediction import linear_to, predict, remaining_gain
+from rig.design.prediction import linear_to, patch_of, predict, remaining_gain
 from rig.design.setup import setup_of
 from rig.design.unknowns import GROUPS
 from rig.live.baseline import average_reference
@@ -86,8 +86,9 @@ def test_what_interpolation_leaves_of_a_pattern_is_part_of_the_errors(small):
         setup_of(small({"pattern.diameter": speckle * millimetres_per_pixel(small)}))
         for speckle in (2.0, 7.0)
     )
-    assert abs(remaining_gain(coarse)) < 5e-4
-    assert abs(remaining_gain(fine)) > 2 * abs(remaining_gain(coarse))
+    left, more_left = (abs(remaining_gain(each, patch_of(each))) for each in (coarse, fine))
+    assert left < 5e-4
+    assert more_left > 2 * left
     # With all motion too large by a part, a force is too large by it, while motions are small.
     np.testing.assert_allclose(added_by_interpolation(fine, 0.02), 1.0, rtol=0.02)
     # Linear theory has any force; that of a motion of half a pixel and more is less so.
@@ -97,7 +98,7 @@ def test_what_interpolation_leaves_of_a_pattern_is_part_of_the_errors(small):
 def added_by_interpolation(given, force):
     """Error of a force in parts of it and of what interpolation leaves of small motions."""
     promised = predict(given, None, force)
-    unavoidable = promised.at_noise(given.noise)
+    unavoidable = promised.at_noise(promised.noise)
     added = np.sqrt(promised.errors.force**2 - unavoidable.force**2)
     return added / abs(promised.gain) / force
 
