@@ -96,6 +96,7 @@ from .design.cramer_rao import (
 )
 from .design.expected_errors import (
     ExpectedErrors as ExpectedErrors,
+    aliased_part as aliased_part,
     bias_of_interpolation as bias_of_interpolation,
     equal_tiles as equal_tiles,
     errors_of_interpolation as errors_of_interpolation,

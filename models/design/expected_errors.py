@@ -36,8 +36,8 @@ class ExpectedErrors:
     place: F64
     force: F64
 
-    def scaled(self, factor: float) -> ExpectedErrors:
-        """Multiply by a factor of the noise."""
+    def scaled(self, factor: float | F64) -> ExpectedErrors:
+        """Multiply by a factor of the noise, or by one for each touch (n,)."""
         return ExpectedErrors(self.touches, factor * self.place, factor * self.force)
 
     def combined_with(self, other: ExpectedErrors) -> ExpectedErrors:
@@ -101,6 +101,20 @@ def bias_of_interpolation(pattern: TilePattern, touch: F64) -> F64:
     white = pattern.whiten(right, 1.0)
     jacobian = pattern.forward(1.0).read(touch[None])[1]
     return np.asarray(white @ np.linalg.pinv(jacobian), dtype=np.float64)
+
+
+def aliased_part(pattern: TilePattern, touch: F64) -> float:
+    """Give the variance that aliasing leaves under a touch (3,), over that of any motion.
+
+    A wave that is folded back turns against the pattern: of a motion u it leaves sin²(πu) along
+    each axis, and nothing of a pixel or of none. Tiles count by the square of their motion.
+    """
+    motions, moved = pattern.motions, pattern.still()
+    moved[: pattern.count] = motions.modal_amplitudes(touch[None, :2], touch[2:])
+    flow = motions.flow(moved)
+    weight = np.square(flow).sum(axis=1)
+    left = np.square(np.sin(np.pi * flow)).sum(axis=1)
+    return float(weight @ left / max(float(weight.sum()), 1e-30))
 
 
 def places_over_plate(size: tuple[float, float], across: int = 24) -> F64:

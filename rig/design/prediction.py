@@ -25,6 +25,7 @@ from dic import (
 )
 from models import (
     ExpectedErrors,
+    aliased_part,
     equal_tiles,
     errors_of_interpolation,
     expected_errors,
@@ -61,6 +62,8 @@ class Prediction:
         Over the plate, for that pattern and a noise of 1 grey level.
     interpolated : ExpectedErrors
         Over the plate, by what interpolation leaves if it doubled small motions.
+    aliased : (n,) float64
+        Of the variance that aliasing leaves of any motion, the part that is there under each touch.
     patch : TileReference
         Of the pattern as the camera sees it in its middle, behind the prefilter of the live loop.
     energy : float, grey levels² a px²
@@ -75,16 +78,18 @@ class Prediction:
     pattern: models.TilePattern
     unit: ExpectedErrors
     interpolated: ExpectedErrors
+    aliased: F64
     patch: TileReference
     energy: float
     gain: float
 
-    @property
-    def noise(self) -> float:
-        """Noise by which tiles err, with what aliasing leaves, grey levels."""
-        return self.patch.motion_noise(self.setup.noise)
+    def noise(self, aliased: F64) -> F64:
+        """Noise by which tiles err where such parts of aliasing are there, (n,) grey levels."""
+        own = self.setup.noise
+        added = self.patch.motion_noise(own) ** 2 - own**2
+        return np.sqrt(own**2 + aliased * added)
 
-    def at_noise(self, noise: float) -> ExpectedErrors:
+    def at_noise(self, noise: float | F64) -> ExpectedErrors:
         """Return the bound for a noise, grey levels, of a frame less the reference."""
         return self.unit.scaled(noise / float(np.sqrt(self.energy)))
 
@@ -92,7 +97,7 @@ class Prediction:
     def errors(self) -> ExpectedErrors:
         """Errors for the noise of the setup, and what interpolation and aliasing leave."""
         interpolated = self.interpolated.scaled(abs(self.gain))
-        return self.at_noise(self.noise).combined_with(interpolated)
+        return self.at_noise(self.noise(self.aliased)).combined_with(interpolated)
 
 
 def predict(
@@ -122,17 +127,18 @@ def predict(
     shared = like if like is not None and like.setup.geometry == setup.geometry else None
     pattern = _unit_pattern(setup, modal) if shared is None else shared.pattern
     if shared is not None and force == shared.force:
-        unit, interpolated = shared.unit, shared.interpolated
+        unit, interpolated, aliased = shared.unit, shared.interpolated, shared.aliased
     else:
         touches = touches_over(setup.plate.size, force)
         unit = expected_errors(pattern.forward(1.0), touches)
         interpolated = errors_of_interpolation(pattern, touches)
+        aliased = np.array([aliased_part(pattern, touch) for touch in touches])
     if like is not None and _drawn(like.setup) == _drawn(setup):
         patch, energy, gain = like.patch, like.energy, like.gain
     else:
         patch = patch_of(setup)
         energy, gain = gradient_energy(patch), remaining_gain(setup, patch)
-    return Prediction(setup, force, pattern, unit, interpolated, patch, energy, gain)
+    return Prediction(setup, force, pattern, unit, interpolated, aliased, patch, energy, gain)
 
 
 def _unit_pattern(given: Setup, modal: fe.ModalPlate | None) -> models.TilePattern:
@@ -154,7 +160,7 @@ def from_strain(prediction: Prediction, motions: models.ImageMotions) -> Expecte
     strain = models.prepare_strain_map(
         pattern, blocks, given.camera.build(given.plate), given.dic.window
     )
-    return expected_errors(strain.forward(prediction.noise), touches_over(given.plate.size, UNIT))
+    return expected_errors(strain.forward(given.noise), touches_over(given.plate.size, UNIT))
 
 
 def linear_to(plate: fe.Plate) -> float:

@@ -110,4 +110,4 @@ def _on_bench(now: Prediction, modal: fe.ModalPlate) -> models.BenchForward:
     height = view.face_height(flat.thickness)
     look = models.CameraChange(pattern, whole.whole, view, height)
     through = whole.through(look.at(described, 0.0), described)
-    return through.forward(pattern.factor / now.noise)
+    return through.forward(pattern.factor / given.noise)

@@ -131,7 +131,8 @@ def compared(scene: Scene) -> tuple[F64, F64, int]:
         image = twin.frame(number, (touch,))
         seen = estimate_frame(chain, image, at_rest(chain), Stopwatch(lambda: 0.0)).estimate
         true = np.array([touch.x, touch.y, touch.force])
-        spread = models.cramer_rao(pattern, true[None], promised.noise)
+        noise = promised.noise(np.array([models.aliased_part(pattern, true)]))
+        spread = models.cramer_rao(pattern, true[None], float(noise[0]))
         bias = promised.gain * models.bias_of_interpolation(pattern, true)
         off = rng.multivariate_normal(bias, spread, _DRAWS)
         predicted.append(_sizes(off))

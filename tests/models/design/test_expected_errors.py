@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 import dic
 import models
@@ -67,3 +68,34 @@ def test_cells_lie_evenly_over_a_plate_that_is_not_square():
     np.testing.assert_allclose(places[0], (10.0, 110 / 12))
     np.testing.assert_allclose(places.mean(axis=0), (120.0, 55.0))
     np.testing.assert_allclose(places[1] - places[0], (20.0, 0.0))
+
+
+def test_what_aliasing_leaves_grows_as_the_sine_of_half_a_pixel():
+    """Blots of 2 px, drawn on a grid of an eighth of a px and moved there."""
+    blots = ndimage.gaussian_filter(np.random.default_rng(4).normal(size=(8 * 200, 8 * 240)), 7.0)
+    fine = 200.0 * (blots > 0)
+
+    def seen(eighths):
+        return np.roll(fine, eighths, axis=1).reshape(200, 8, 240, 8).mean(axis=(1, 3))
+
+    reference = dic.prepare_tiles(seen(0), 16)
+    scatter = []
+    for eighths in (1, 2, 4, 8):
+        flow = np.tile((eighths / 8.0, 0.0), (len(reference.hessian), 1))
+        sums = dic.tile_sums(reference, seen(eighths), flow)
+        along = -sums.gradient[:, 0] / reference.hessian[:, 0]
+        scatter.append(np.var(along[np.abs(reference.tiles.xy - (120, 100)).max(axis=1) < 70]))
+    expected = np.square(np.sin(np.pi * np.array([1, 2, 4]) / 8.0))
+    assert np.array(scatter[:3]) / scatter[2] == pytest.approx(expected, rel=0.35)
+    assert scatter[3] < 1e-3 * scatter[2]
+
+
+def test_the_part_of_aliasing_is_that_of_the_motions_that_tell(bench):
+    parts = [
+        models.aliased_part(bench.pattern, np.array([75.0, 55.0, force]))
+        for force in (1e-3, 2e-3, 1.0, 1e4)
+    ]
+    assert 0.0 < parts[0] < 1e-3
+    assert parts[1] == pytest.approx(4.0 * parts[0], rel=0.01)
+    assert parts[1] < parts[2] < 2.0
+    assert parts[3] == pytest.approx(1.0, abs=0.3)  # of motions of many pixels

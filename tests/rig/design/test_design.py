@@ -98,7 +98,7 @@ def test_what_interpolation_leaves_of_a_pattern_is_part_of_the_errors(small):
 def added_by_interpolation(given, force):
     """Error of a force in parts of it and of what interpolation leaves of small motions."""
     promised = predict(given, None, force)
-    unavoidable = promised.at_noise(promised.noise)
+    unavoidable = promised.at_noise(promised.noise(promised.aliased))
     added = np.sqrt(promised.errors.force**2 - unavoidable.force**2)
     return added / abs(promised.gain) / force
 
@@ -170,6 +170,16 @@ def test_a_search_finds_what_reaches_an_error(small):
     reached = float(np.median(predict(setup_of(thinner), None, 0.5).errors.place))
     assert 0.57 * now < reached < 0.601 * now
     assert named["mean of frames"].after == 4  # (1/4 + 1/16) / (1 + 1/16) < 0.6², and not with 3
+
+
+def test_speckles_are_made_finer_as_little_as_is_needed(small):
+    """As little of the way is gone as reaches the error, though all of it would do."""
+    scene = small({"pattern.diameter": 3.5 * 1.4})
+    now = float(np.median(predict(setup_of(scene), None, 0.5).errors.place))
+    found = {step.what: step for step in search_for(scene, 0.7 * now, None).alone}
+    finer = small({"pattern.diameter": found["speckle diameter"].after})
+    reached = float(np.median(predict(setup_of(finer), None, 0.5).errors.place))
+    assert 0.67 * now < reached < 0.701 * now
 
 
 def test_a_search_says_where_it_ends(small):
