@@ -122,7 +122,9 @@ class Calibration(Section):
                 " `touchplate calibrate bench` again"
             )
         values, prior = np.array(part.values), np.array(part.prior)
-        return models.BenchEstimate(values, covariance, part.discrepancy, prior, part.memory)
+        return models.BenchEstimate(
+            values, covariance, part.discrepancy, prior, part.memory, kept=part.kept
+        )
 
     def on_bench(self, known: models.BenchEstimate | None) -> Calibration:
         """Return the same with what is known of the bench now, where it is more."""
