@@ -18,9 +18,9 @@ UNITS = dict(BENCH)
 # right to it against the whole plate up to 4 N, given all numbers.
 DISCREPANCY = 0.004
 MEMORY = 0.05
-_SURE = 0.98  # of the root mean square: two touches never leave quite the same
 """Fraction of a touch that a usual plate may still show when it has ended."""
 _KNOWN = 0.5  # of the prior's σ, above which presses do not determine a number
+_SURE = 0.98  # of the root mean square: two touches never leave quite the same
 
 
 @dataclass(frozen=True)

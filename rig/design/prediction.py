@@ -242,8 +242,8 @@ def equal_pattern(given: Setup, motions: models.ImageMotions, energy: float) -> 
 
 def patch_of(given: Setup) -> TileReference:
     """Prepare the middle of the image, without noise, as the live loop prepares its reference."""
-    image, told = _patch(given), given.dic.prefilter
-    chosen = tile_prefilter(image, given.tile, given.noise) if told is None else told
+    image, asked = _patch(given), given.dic.prefilter
+    chosen = tile_prefilter(image, given.tile, given.noise) if asked is None else asked
     return prepare_tiles(image, given.tile, chosen)
 
 

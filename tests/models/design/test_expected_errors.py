@@ -90,7 +90,7 @@ def test_what_aliasing_leaves_grows_as_the_sine_of_half_a_pixel():
     assert scatter[3] < 1e-3 * scatter[2]
 
 
-def test_the_part_of_aliasing_is_that_of_the_motions_that_tell(bench):
+def test_the_part_of_aliasing_is_that_of_the_motions_that_count(bench):
     parts = [
         models.aliased_part(bench.pattern, np.array([75.0, 55.0, force]))
         for force in (1e-3, 2e-3, 1.0, 1e4)
