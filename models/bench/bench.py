@@ -20,7 +20,6 @@ DISCREPANCY = 0.004
 MEMORY = 0.05
 """Fraction of a touch that a usual plate may still show when it has ended."""
 _KNOWN = 0.5  # of the prior's σ, above which presses do not determine a number
-_SURE = 0.98  # of the root mean square: two touches never leave quite the same
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class BenchEstimate:
     prior : (50,) float64
         Standard deviations before any press.
     memory : float
-        Fraction of a touch that the plate may still show when it has ended, root mean square.
+        Fraction of a touch that the plate may still show when it has ended, its standard deviation.
     held_out : HeldOut, optional
         None before presses.
     converged : bool
@@ -71,8 +70,6 @@ class BenchEstimate:
         presses show them; NaN where none is known.
     touches : (N, 3) float64, mm, mm, N
         Most likely x, y, F of each press.
-    kept : float
-        Mean of that fraction; presses show how alike all are.
     """
 
     values: F64
@@ -86,12 +83,6 @@ class BenchEstimate:
     label_offset: tuple[float, float] = (0.0, 0.0)
     label_sigma: tuple[float, float] = (nan, nan)
     touches: F64 = field(default_factory=lambda: np.empty((0, 3)))
-    kept: float = 0.0
-
-    @property
-    def likely_trace(self) -> float:
-        """What a touch most likely leaves, in units of `memory`."""
-        return min(self.kept / self.memory, _SURE) if self.memory > 0 else 0.0
 
     @property
     def sigma(self) -> F64:

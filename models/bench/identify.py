@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import hypot, nan
+from math import nan
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from models.bench.joint import (
     through,
     weighed,
     whiten_all,
-    without_known,
+    without_uneven,
 )
 from models.bench.labels import LabelErrors, Shown, common_offset, label_errors
 from models.bench.marginal import own_error
@@ -94,19 +94,17 @@ def identify(
     state = start(problem)
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
-    problem = without_known(problem, presses, on, state)
+    problem = without_uneven(problem, presses, on)
     for turn in range(_LIMIT):
         before = state.values
         problem = weighed(problem, on, state, bench.discrepancy)
         state, terms, converged = descend(problem, on, state, terms)
         bench = replace(bench, converged=converged)
         on = stand(on, state.values, look)
-        problem = without_known(problem, presses, on, state)
+        problem = without_uneven(problem, presses, on)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
-        kept, spread = _memory(problem, on, state, bench.discrepancy)
-        bench = replace(bench, memory=hypot(kept, spread), kept=kept)
-        problem = replace(problem, memory=spread, kept=kept)
-        problem = without_known(problem, presses, on, state)
+        bench = replace(bench, memory=_memory(problem, on, state, bench.discrepancy))
+        problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
         still = converged and camera_moved(problem, before, state.values) < _MOVED
@@ -134,14 +132,12 @@ def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float
     return float(_DISCREPANCIES[np.argmax(likelihood)])
 
 
-def _memory(
-    problem: JointProblem, on: BenchForward, state: State, discrepancy: float
-) -> tuple[float, float]:
-    """Fraction of a touch that presses show of the one before: mean and standard deviation.
+def _memory(problem: JointProblem, on: BenchForward, state: State, discrepancy: float) -> float:
+    """Fraction of a touch that presses show of the one before, its standard deviation.
 
     A step of expectation maximisation; what of it looks like the press itself says nothing.
     """
-    fractions, variances, usual = list[float](), list[float](), problem.memory**2
+    squares, usual = [_USUAL * problem.prior.memory**2], problem.memory**2
     given = list(zip(problem.presses, state.touches, scatters(problem, on, state), strict=True))
     for press, touch, scatter in given[1:]:
         predicted, own = through(on, press).read(touch[None])
@@ -150,13 +146,9 @@ def _memory(
         precision = float(left @ left) / scatter.even(discrepancy)
         rest = press.measured - predicted - of_reference(problem, press) @ state.noise
         seen = float(left @ rest) / scatter.even(discrepancy)
-        variances.append(usual / (1.0 + usual * precision))
-        fractions.append(problem.kept + variances[-1] * seen)
-    count = _USUAL + len(fractions)
-    kept = max(sum(fractions) / count, 0.0)
-    square = _USUAL * problem.prior.memory**2 + sum(variances)
-    square += sum((fraction - kept) ** 2 for fraction in fractions)
-    return kept, float(np.sqrt(square / count))
+        variance = usual / (1.0 + usual * precision)
+        squares.append((variance * seen) ** 2 + variance)
+    return float(np.sqrt(sum(squares) / (_USUAL + len(given) - 1)))
 
 
 def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErrors:

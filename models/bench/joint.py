@@ -59,12 +59,11 @@ class JointProblem:
     scales: F64
     plate: fe.ModalPlate
     labels: LabelErrors
-    memory: float  # about `kept`, standard deviation
+    memory: float
     noises: int = 0
     unwhitening: F64 | None = None
     factors: list[F64] = field(default_factory=list[F64])
     discrepancy: float = 0.0
-    kept: float = 0.0
 
     @property
     def apart(self) -> JointProblem:
@@ -134,25 +133,24 @@ def stand(forward: BenchForward, values: F64, look: Look | None) -> BenchForward
     return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS])))
 
 
-def without_known(
-    problem: JointProblem, presses: Sequence[Press], on: BenchForward, state: State
+def without_uneven(
+    problem: JointProblem, presses: Sequence[Press], on: BenchForward
 ) -> JointProblem:
-    """Take off the presses as they were measured what is known of each.
+    """Take what a camera that moved has left off the presses as they were measured.
 
-    That is what a camera leaves that has moved, since it stands as it does (`Seen.uneven`), and
-    the mean of what the plate keeps of the press before.
+    What it leaves follows from how the camera of the bench stands; see `Seen.uneven`.
     """
     uneven = None if on.fields.seen is None else on.fields.seen.uneven
-    left: list[F64 | float] = [0.0] * len(presses)
-    if problem.kept:
-        left = [problem.kept * scatter.left for scatter in scatters(problem, on, state)]
-    made: list[Press] = []
-    for press, before in zip(presses, left, strict=True):
-        measured = press.measured - before
-        if uneven is not None and press.moved is not None:
-            measured = measured - through(on, press).whitening @ (uneven @ press.moved)
-        made.append(replace(press, measured=measured))
-    return replace(problem, presses=tuple(made))
+    if uneven is None:
+        return problem
+
+    def even(press: Press) -> Press:
+        if press.moved is None:
+            return press
+        whitening = on.whitening if press.whitening is None else press.whitening
+        return replace(press, measured=press.measured - whitening @ (uneven @ press.moved))
+
+    return replace(problem, presses=tuple(even(press) for press in presses))
 
 
 def camera_moved(problem: JointProblem, before: F64, after: F64) -> float:

@@ -97,14 +97,10 @@ class Traces:
         return Traces(self.touches, 0.5 * self.part, covariance)
 
 
-def left_by(touches: F64, likely: float = 0.0) -> Traces:
-    """State what is known of traces that touches (k, 3) have just left.
-
-    The part of each is most likely `BenchEstimate.likely_trace`, and 1 in root mean square.
-    """
-    part, variance = np.zeros(touches.size), np.ones(touches.size)
-    part[::3], variance[::3] = likely, 1.0 - likely**2
-    return Traces(touches, part, np.diag(variance))
+def left_by(touches: F64) -> Traces:
+    """State what is known of traces that touches (k, 3) have just left."""
+    numbers = touches.size
+    return Traces(touches, np.zeros(numbers), np.eye(numbers))
 
 
 NO_TRACES = left_by(np.empty((0, 3)))

@@ -209,9 +209,8 @@ class BenchEntry(Dated):
     prior: tuple[Spread, ...] = Field(description="standard deviations before any press")
     discrepancy: float = Field(ge=0, lt=1, description="error of the model beside them, a fraction")
     memory: float = Field(
-        default=0.05, ge=0, lt=1, description="fraction of a touch left when it ended, RMS"
+        default=0.05, ge=0, lt=1, description="fraction of a touch left when it ended, its σ"
     )
-    kept: float = Field(default=0.0, ge=0, lt=1, description="mean of that fraction")
     error_force: Spread | None = Field(
         default=None, description="RMS of held-out forces, as a fraction"
     )

@@ -138,7 +138,6 @@ def bench_entry(part: models.BenchEstimate, now: datetime, on: FoundOn | None) -
         prior=tuple(part.prior.tolist()),
         discrepancy=part.discrepancy,
         memory=part.memory,
-        kept=part.kept,
         converged=part.converged,
         outliers=part.outliers,
         found_on=on,

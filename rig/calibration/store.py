@@ -122,9 +122,7 @@ class Calibration(Section):
                 " `touchplate calibrate bench` again"
             )
         values, prior = np.array(part.values), np.array(part.prior)
-        return models.BenchEstimate(
-            values, covariance, part.discrepancy, prior, part.memory, kept=part.kept
-        )
+        return models.BenchEstimate(values, covariance, part.discrepancy, prior, part.memory)
 
     def on_bench(self, known: models.BenchEstimate | None) -> Calibration:
         """Return the same with what is known of the bench now, where it is more."""

@@ -49,7 +49,6 @@ def described(
         ],
         "discrepancy": bench.discrepancy,
         "memory": bench.memory,
-        "kept": bench.kept,
         "held_out": None
         if held is None
         else {

@@ -30,13 +30,12 @@ def fitted(
     """
     if estimator.bench is None:
         return estimator.fit_whitened(measured, start), before
-    likely = estimator.bench.likely_trace
-    left = before.after(start, likely).left
+    left = before.after(start).left
     estimate = estimator.fit_whitened(measured, start, left=left)
-    memory = before.after(touches_of(estimate), likely)
+    memory = before.after(touches_of(estimate))
     if not memory.left.same(left):
         estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)
-        memory = before.after(touches_of(estimate), likely)
+        memory = before.after(touches_of(estimate))
     if memory.left.same(before.left) or not is_consistent(estimate):
         return estimate, memory
     return estimate, replace(

@@ -42,11 +42,8 @@ class Memory:
     left: Traces = NO_TRACES
     covered: F64 = field(default_factory=_none)
 
-    def after(self, found: F64, likely: float = 0.0) -> Memory:
-        """Memory after a frame with touches (n, 3); `left` is the same array if none ended.
-
-        What a touch leaves is most likely `likely`, see `left_by`.
-        """
+    def after(self, found: F64) -> Memory:
+        """Memory after a frame with touches (n, 3); `left` is the same array if none ended."""
         largest = found.copy()
         for touch in largest:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
@@ -66,8 +63,8 @@ class Memory:
         back = self.covered[~still & ~over]
         if not (ended.any() or renewed.any() or under.any() or len(back)):
             return Memory(held, self.left, covered)
-        older = self.left.of(~renewed & ~under).and_older(left_by(back, likely))
-        left = left_by(self.held[ended], likely).and_older(older)
+        older = self.left.of(~renewed & ~under).and_older(left_by(back))
+        left = left_by(self.held[ended]).and_older(older)
         return Memory(held, left.of(np.arange(len(left)) < MANY), covered)
 
 

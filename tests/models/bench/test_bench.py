@@ -104,35 +104,6 @@ def test_presses_show_what_the_plate_remembers(forward, true, left, low, high):
         before = shown
     found = models.identify(forward, made, models.bench_before(PLATE))
     assert low < found.memory < high
-    # As one press more that leaves nothing: 8 of 9 parts.
-    assert found.kept == pytest.approx(8 / 9 * left, abs=0.006)
-    assert np.hypot(found.kept, 0.03) > found.memory, "all leave the same part"
-
-
-def test_what_all_touches_leave_is_taken_off_and_leaves_the_next_one_surer(forward, true):
-    made, before = list[models.Press](), 0.0
-    for press in presses(forward, true):
-        shown = forward.on(true, None).read(press.touch[None])[0]
-        made.append(models.Press(press.measured + 0.05 * before, press.touch, press.sigma))
-        before = shown
-    found = models.identify(forward, made, models.bench_before(PLATE))
-    unlike = replace(found, kept=0.0)
-    ended, touch = np.array([[60.0, 40.0, 3.0]]), np.array([[90.0, 70.0, 1.0]])
-    still, rng = 0.05 * forward.on(true, None).read(ended)[0], np.random.default_rng(5)
-    squares = []
-    for _ in range(20):
-        measured, sigma = still + measure(forward, true, touch, rng), []
-        for bench in (found, unlike):
-            estimator = models.Estimator(forward, bench=bench, max_touches=2)
-            left = models.left_by(ended, bench.likely_trace)
-            one = estimator.fit_whitened(measured, touch, left=left)
-            assert one.count == 1
-            sigma.append(np.sqrt(np.diag(one.covariance)))
-            if bench is found:
-                off = np.append(one.xy[0] - touch[0, :2], one.force[0] - touch[0, 2])
-                squares.append(off @ np.linalg.solve(one.covariance, off) / 3)
-        assert (sigma[0] < 1.02 * sigma[1]).all()
-    assert 0.3 < np.mean(squares) < 2.0
 
 
 def test_a_mislabelled_press_is_widened(forward, true, identified):
