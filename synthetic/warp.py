@@ -21,7 +21,8 @@ from synthetic.view import image_motion
 
 # Points a side of a pixel of the sharp image: off by 0.04 grey levels, less than the spline is.
 SAMPLES = 3
-FINE = 4.0  # px
+# Diameter of a spot, px, below which three places a pixel are sampled, not two.
+FINE = 4.0
 # The control displacement D is turned backward, d(x) = D(x − d(x)), in this many steps. A step
 # gains the slope of the displacement, 1e-2 at most for a plate that bends.
 INVERSION_STEPS = 2

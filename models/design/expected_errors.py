@@ -91,9 +91,7 @@ def bias_of_interpolation(pattern: TilePattern, touch: F64) -> F64:
     Sutton 2000), times the part by which small motions are: this is for a part of 1. Where aliasing
     does not hide that part it is known and taken off, see `dic.TileReference`.
     """
-    motions, moved = pattern.motions, pattern.still()
-    moved[: pattern.count] = motions.modal_amplitudes(touch[None, :2], touch[2:])
-    flow = motions.flow(moved)
+    motions, flow = pattern.motions, _flow(pattern, touch)
     x, y = np.sin(2.0 * np.pi * flow.T) / (2.0 * np.pi)
     xx, xy, yy = pattern.reference.hessian.T
     towards = motions.project(np.column_stack([xx * x + xy * y, xy * x + yy * y]), flow)
@@ -109,12 +107,17 @@ def aliased_part(pattern: TilePattern, touch: F64) -> float:
     A wave that is folded back turns against the pattern: of a motion u it leaves sin²(πu) along
     each axis, and nothing of a pixel or of none. Tiles count by the square of their motion.
     """
-    motions, moved = pattern.motions, pattern.still()
-    moved[: pattern.count] = motions.modal_amplitudes(touch[None, :2], touch[2:])
-    flow = motions.flow(moved)
+    flow = _flow(pattern, touch)
     weight = np.square(flow).sum(axis=1)
     left = np.square(np.sin(np.pi * flow)).sum(axis=1)
     return float(weight @ left / max(float(weight.sum()), 1e-30))
+
+
+def _flow(pattern: TilePattern, touch: F64) -> F64:
+    """Motion of each tile under a touch (3,), (T, 2) px."""
+    moved = pattern.still()
+    moved[: pattern.count] = pattern.motions.modal_amplitudes(touch[None, :2], touch[2:])
+    return pattern.motions.flow(moved)
 
 
 def places_over_plate(size: tuple[float, float], across: int = 24) -> F64:

@@ -190,8 +190,8 @@ WAYS = focus, speckles, frames, thickness, stand_off, pixels
 def _changed_enough(way: Way, now: Prediction, place: float, modal: fe.ModalPlate | None) -> Step:
     """Change one thing as little as reaches a wanted error, or as far as it helps.
 
-    The error is near to a power of what is changed, so that a secant of logarithms finds it. Where
-    all of the way does not reach it, half of it may be better: finer speckles are aliased at last.
+    The error is near to a power of what is changed, so that a secant of logarithms finds it. A way
+    that does not reach it is gone to its end, or not at all: speckles too fine are aliased.
     """
     known = [(log(way.before), _median(now))]
     if abs(log(way.limit / way.before)) < _CLOSE:
@@ -199,31 +199,22 @@ def _changed_enough(way: Way, now: Prediction, place: float, modal: fe.ModalPlat
     value = way.limit
     for _ in range(_ROUNDS):
         known.append((log(value), _median(predict(way.change(value), now, now.force, modal))))
-        if known[-1][1] > place and len(known) == 2 and way.unit:
-            value = float(np.sqrt(way.before * way.limit))
-            continue
-        if not any(error <= place for _, error in known):
+        if value == way.limit and known[-1][1] > place:
             break
         if 0 <= 1 - known[-1][1] / place <= _CLOSE:
             break
         value = _between(known, place, way)
     reached = [point for point in known[1:] if point[1] <= place]
-    at, error = min(
-        reached or known,
-        key=lambda point: abs(point[0] - known[0][0]) if reached else point[1],
-    )
+    reached = reached or [min(known, key=lambda point: point[1])]
+    at, error = min(reached, key=lambda point: abs(point[0] - known[0][0]))
     return Step(way.what, way.unit, way.before, float(np.exp(at)), error)
 
 
 def _between(known: list[tuple[float, float]], place: float, way: Way) -> float:
     """Guess where the wanted error lies, half the tolerance on the good side of it."""
     wanted = log(place * (1 - _CLOSE / 2))
-
-    def away(point: tuple[float, float]) -> float:
-        return abs(point[0] - known[0][0])
-
-    far = min((p for p in known if p[1] <= place), key=away)
-    near = max((p for p in known if p[1] > place and away(p) < away(far)), key=away)
+    far = min((p for p in known if p[1] <= place), key=lambda p: abs(p[0] - known[0][0]))
+    near = max((p for p in known if p[1] > place), key=lambda p: abs(p[0] - known[0][0]))
     part = (log(near[1]) - wanted) / (log(near[1]) - log(far[1]))
     guess = float(np.exp(near[0] + part * (far[0] - near[0])))
     return guess if way.unit else float(np.ceil(guess))  # frames are whole

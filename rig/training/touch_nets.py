@@ -34,7 +34,8 @@ def described_bench(scene: Scene) -> models.DescribedBench:
             f"a touch net is trained before a pinhole, got a camera of kind '{setup.camera.kind}';"
             " set camera.kind to 'pinhole'"
         )
-    noise = float(setup.noise / np.sqrt(gradient_energy(patch_of(setup))))
+    patch = patch_of(setup)
+    noise = float(patch.motion_noise(setup.noise) / np.sqrt(gradient_energy(patch)))
     camera = setup.camera
     return DescribedBench(
         setup.plate.build(), camera.stand_off, camera.pixels, setup.dic.tile, noise
