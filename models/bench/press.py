@@ -32,7 +32,8 @@ class Press:
         Standard deviation of what the noise of the reference adds, which all presses share.
     moved : (R,) float64 or None
         By how much the camera has moved since the reference was taken, in units of the motions that
-        were taken out of `measured`, see `with_tilts`. None where that is not known.
+        were taken out of `measured`, see `with_tilts`. None where it is not known, or nothing more
+        is to be taken off; see `TilePattern.uncorrected`.
     """
 
     measured: F64

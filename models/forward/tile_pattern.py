@@ -162,8 +162,11 @@ class TilePattern:
             white = white - self.factor.T @ (self.uneven @ self.motion(right)[self.count :])
         return white / noise
 
-    def left_in(self, motion: F64) -> F64 | None:
-        """Give the rigid part (R,) of a motion (K + R,) whose rest `whiten` leaves in; or None."""
+    def uncorrected(self, motion: F64) -> F64 | None:
+        """Give the rigid part (R,) of a motion (K + R,), of which `whiten` takes nothing more off.
+
+        None where it does, see `uneven`.
+        """
         return None if self.uneven is not None else motion[self.count :]
 
     @cached_property

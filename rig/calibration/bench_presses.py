@@ -280,7 +280,7 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     whitening = np.ascontiguousarray(pattern.factor.T) / chain.noise
-    return ShownPress(touch, white, whitening, pattern.left_in(seen.motion))
+    return ShownPress(touch, white, whitening, pattern.uncorrected(seen.motion))
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:

@@ -207,7 +207,8 @@ def _changed_enough(way: Way, now: Prediction, place: float, modal: fe.ModalPlat
     reached = [point for point in known[1:] if point[1] <= place]
     reached = reached or [min(known, key=lambda point: point[1])]
     at, error = min(reached, key=lambda point: abs(point[0] - known[0][0]))
-    return Step(way.what, way.unit, way.before, float(np.exp(at)), error)
+    after = way.before if at == known[0][0] else float(np.exp(at))
+    return Step(way.what, way.unit, way.before, after, error)
 
 
 def _between(known: list[tuple[float, float]], place: float, way: Way) -> float:

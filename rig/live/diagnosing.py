@@ -118,7 +118,7 @@ class Diagnosing:
             factor = chain.masked_models.pattern_for(found.hidden).factor
             whitening = np.ascontiguousarray(factor.T) / chain.noise
         unknown, frames = np.full(3, np.inf), (1, self._references)
-        moved = chain.pattern.left_in(found.state.motion)
+        moved = chain.pattern.uncorrected(found.state.motion)
         return models.Press.of_frames(found.measured, touch, unknown, frames, whitening, moved)
 
 

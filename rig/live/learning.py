@@ -78,8 +78,8 @@ class Learned:
 class _Held:
     """A touch that is held: its first place and force (3,), and what frames have shown so far.
 
-    In the last of them the camera has `moved` (R,), see `TilePattern.left_in`. The touch came alone
-    where the frame before showed no touch beside it.
+    In the last of them the camera has `moved` (R,), see `TilePattern.uncorrected`. The touch came
+    alone where the frame before showed no touch beside it.
     """
 
     touch: F64
@@ -304,7 +304,7 @@ class Learning:
         shown = _of_whole_pattern(found.measured, found.hidden, chain)
         if not self._may_be_weight(found):
             return None
-        moved = chain.pattern.left_in(found.state.motion)
+        moved = chain.pattern.uncorrected(found.state.motion)
         if self._held is None or not _same(self._held.touch, touch):
             alone = self._before is not None and _is_apart(touch, self._before)
             return _Held(touch, (shown,), moved, found.state.memory.left, alone)

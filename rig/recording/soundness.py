@@ -26,13 +26,14 @@ if TYPE_CHECKING:
 LARGE = 1e12  # of any place, force or time: beyond it a number is damaged
 WHITE = 65535.0  # grey levels
 MANY_FRAMES = 100_000  # of a reference: a minute at a thousand a second is less
+COVARIANCE = "touches/covariance"
 NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
     "frames/image": ("u", (0, 0)),
     "frames/captured": ("f", ()),
     "frames/truth": ("f", (0, 4)),
     "frames/truth_known": ("u", ()),
     "touches/place": ("f", (0, 3)),
-    "touches/covariance": ("f", (0, 3, 3)),
+    COVARIANCE: ("f", (0, 3, 3)),
     "touches/identity": ("i", (0,)),
     "start/motion": ("f", (0,)),
     "start/rest": ("f", (0,)),
@@ -42,7 +43,6 @@ NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
 }
 """Kind of number and shape of a frame's part; 0 for any length."""
 
-COVARIANCE = "touches/covariance"
 LEFT, TRACE, SCATTER = "start/left", "start/trace", "start/trace_scatter"
 TRACES: Mapping[str, tuple[str, tuple[int, ...]]] = {
     LEFT: ("f", (0, 3)),

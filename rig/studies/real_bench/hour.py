@@ -26,6 +26,7 @@ from rig.live.loop import Loop
 from rig.report.figure import Figure, at_most
 from rig.studies.real_bench.as_it_is import cells, identified, kept
 from rig.studies.real_bench.departure import ALL, SAID, RealBench
+from rig.studies.real_bench.frame_source import FrameSource
 from rig.studies.real_bench.score import compared
 from rig.studies.real_bench.session import REFERENCES, Touched, write_presses, write_scene
 from rig.studies.real_bench.truth import Truth
@@ -96,31 +97,18 @@ def _left(truth: Truth, touch: fe.Touch, points: F64) -> F64:
     return truth.bench.leftover * moved
 
 
-class HourSource:
+class HourSource(FrameSource):
     """Frames of the minutes, with the times at which they would have come.
 
     Attributes
     ----------
-    now : float, s
-        Time of the last frame.
     made : list of Touched
         What touched the plate in the frames that count.
     """
 
-    status = "an hour"
-
     def __init__(self, count: int):
-        self.now, self.made = 0.0, list[Touched]()
-        self._frames = self._all(count)
-
-    def grab(self, timeout: float) -> Frame | None:
-        """See `Source.grab`."""
-        del timeout  # a frame is always there
-        frame = next(self._frames, None)
-        if frame is None:
-            raise EOFError("the hour is over")
-        self.now = frame.captured
-        return frame
+        self.made = list[Touched]()
+        super().__init__(self._all(count), "an hour")
 
     def _all(self, count: int) -> Iterator[Frame]:
         rest = Truth(AT_FIRST, SEED)

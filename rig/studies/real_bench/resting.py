@@ -25,6 +25,7 @@ from rig.live.snapshot import Mark
 from rig.report.figure import Figure
 from rig.studies.real_bench.as_it_is import INSIDE, SEEDS, identified, kept
 from rig.studies.real_bench.departure import ALL, SAID
+from rig.studies.real_bench.frame_source import FrameSource
 from rig.studies.real_bench.session import MARGIN, REFERENCES, write_presses, write_scene
 from rig.studies.real_bench.truth import Truth
 from rig.studies.study import line, run
@@ -36,31 +37,18 @@ HELD, ALONE = 30, 10  # frames
 _INTERVAL = 1.0 / 30.0  # s
 
 
-class RestingSource:
+class RestingSource(FrameSource):
     """Frames of touches that are held one after the other.
 
     Attributes
     ----------
-    now : float, s
-        Time of the last frame.
     last : dict of int to (3,) float64, mm, mm, N
         What touches the plate in the last frame of each touch, by its number.
     """
 
-    status = "touches that are held"
-
     def __init__(self, truth: Truth, count: int):
-        self.now, self.last = 0.0, dict[int, F64]()
-        self._frames = self._all(truth, count)
-
-    def grab(self, timeout: float) -> Frame | None:
-        """See `Source.grab`."""
-        del timeout  # a frame is always there
-        frame = next(self._frames, None)
-        if frame is None:
-            raise EOFError("all touches are over")
-        self.now = frame.captured
-        return frame
+        self.last = dict[int, F64]()
+        super().__init__(self._all(truth, count), "touches that are held")
 
     def _all(self, truth: Truth, count: int) -> Iterator[Frame]:
         for number in range(REFERENCES):

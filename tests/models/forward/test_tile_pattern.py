@@ -331,8 +331,8 @@ def test_what_a_camera_leaves_is_taken_off_by_how_much_it_moved(bench):
         right = bench.pattern.gradient(sums, moved)
         motion = bench.pattern.motion(right)
         taken = bench.pattern.whiten(right, NOISE) - other.whiten(right, NOISE)
-        by = bench.pattern.left_in(motion)
+        by = bench.pattern.uncorrected(motion)
         expected = bench.pattern.factor.T @ (uneven @ by) / NOISE
         np.testing.assert_allclose(taken, expected, atol=1e-9)
-        assert other.left_in(motion) is None
+        assert other.uncorrected(motion) is None
     assert other.hiding(np.arange(len(other.hidden)) < 9).uneven is uneven

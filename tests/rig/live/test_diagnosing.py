@@ -29,7 +29,7 @@ def chain(forward, monkeypatch):
     """Give what the diagnosis asks of a chain, whose camera stands as it is said."""
     monkeypatch.setattr(KnownBench, "look", lambda known, pattern: None)
     return SimpleNamespace(
-        pattern=SimpleNamespace(forward=lambda noise: forward, left_in=lambda motion: motion),
+        pattern=SimpleNamespace(forward=lambda noise: forward, uncorrected=lambda motion: motion),
         noise=1.0,
     )
 

@@ -73,7 +73,7 @@ def chain_of(forward):
     visible = SimpleNamespace(factor=0.9 * factor)
     return SimpleNamespace(
         estimator=SimpleNamespace(forward=forward),
-        pattern=SimpleNamespace(factor=factor, left_in=lambda motion: motion[len(factor) :]),
+        pattern=SimpleNamespace(factor=factor, uncorrected=lambda motion: motion[len(factor) :]),
         noise=1.0,
         masked_models=SimpleNamespace(pattern_for=lambda hidden: visible),
     )
