@@ -239,6 +239,7 @@ from .inverse.estimator import (
     Estimator as Estimator,
     solve as solve,
 )
+from .inverse.friction import friction_error as friction_error
 from .inverse.irls import find_robust as find_robust
 from .inverse.levenberg_marquardt import (
     LevenbergMarquardt as LevenbergMarquardt,

@@ -186,7 +186,11 @@ class PreparedShape:
 
 
 def prepare_shape(
-    watched: Watched, state: fe.ShellState, noise: float, max_touches: int = 1
+    watched: Watched,
+    state: fe.ShellState,
+    noise: float,
+    max_touches: int = 1,
+    friction: float = 0.0,
 ) -> PreparedShape:
     """Prepare a shape for frames in which its base hardly moves.
 
@@ -198,6 +202,8 @@ def prepare_shape(
     noise : float, grey levels
         Of a frame of the camera.
     max_touches : int
+    friction : float
+        Of touches, see `Estimator`.
 
     Raises
     ------
@@ -211,7 +217,8 @@ def prepare_shape(
     shown = prepare_tiles(seen.image(watched.reference), watched.tile)
     motions = shape_motions(seen, shown.tiles, response)
     pattern = prepare_pattern(motions, shown).hiding(beside_plate(seen, shown.tiles))
-    estimator = Estimator(pattern.forward(noise), max_touches=max_touches)
+    forward = pattern.forward(noise)
+    estimator = Estimator(forward, max_touches=max_touches, friction=friction)
     off = _mesh_error(pattern, seen, SeenShape(state, watched.camera)) / noise
     return PreparedShape(state, response, shown, pattern, estimator, noise, off)
 

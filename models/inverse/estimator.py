@@ -23,6 +23,7 @@ from models.forward.gauges import gauge_forward
 from models.forward.linear import Forward, LinearForward
 from models.inverse.candidates import CandidateGrid, prepare_candidates
 from models.inverse.force_interval import ForceProfile, asymmetric, with_force_intervals
+from models.inverse.friction import check_friction, with_friction
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
 from models.inverse.marginal_search import Uncertain, find_on_bench
 from models.inverse.prior import FLAT, Prior
@@ -44,6 +45,9 @@ class Estimator:
     bench : BenchEstimate, optional
         What is known of the bench, where the forward model is a `BenchForward`, which is put on its
         most likely values: it enters count, touches and covariance.
+    friction : float
+        Standard deviation of the force along the face, along x and along y, over that into the
+        plate; see `with_friction`.
     grid : CandidateGrid, optional
         Candidates of this forward model, where they are known already.
     candidates : CandidateGrid
@@ -52,8 +56,8 @@ class Estimator:
     Raises
     ------
     ValueError
-        If `max_touches` is no whole number of 0 or more, the candidates are those of another
-        forward model, or a bench is given for a forward model that has none.
+        If `max_touches` is no whole number of 0 or more, friction is negative, the candidates are
+        those of another forward model, or a bench is given for a forward model that has none.
     """
 
     forward: Forward
@@ -62,6 +66,7 @@ class Estimator:
     prior: Prior = FLAT
     solver: LevenbergMarquardt = STANDARD
     bench: BenchEstimate | None = None
+    friction: float = 0.0
     grid: InitVar[CandidateGrid | None] = None
     candidates: CandidateGrid = field(init=False)
     _uncertain: Uncertain | None = field(init=False, repr=False)
@@ -69,6 +74,7 @@ class Estimator:
     def __post_init__(self, grid: CandidateGrid | None) -> None:
         """Prepare the candidates."""
         check_integer("max_touches", self.max_touches, 0, "use 4")
+        check_friction(self.friction)
         self._stand_on_bench()
         if grid is None and isinstance(self.forward, LinearForward):
             object.__setattr__(self, "forward", self.forward.often())
@@ -179,7 +185,7 @@ class Estimator:
             start is not x, y, F of touches, or a count is negative.
         """
         if self._uncertain is not None:
-            return find_on_bench(
+            found = find_on_bench(
                 check_measured(measured, self.candidates),
                 self._uncertain,
                 start=read_start(() if start is None else start),
@@ -189,15 +195,17 @@ class Estimator:
                 prior=self.prior,
                 solver=self.solver,
             )
-        return find(
-            measured,
-            self.candidates,
-            start=() if start is None else start,
-            count=count,
-            max_touches=self.max_touches,
-            prior=self.prior,
-            solver=self.solver,
-        )
+        else:
+            found = find(
+                measured,
+                self.candidates,
+                start=() if start is None else start,
+                count=count,
+                max_touches=self.max_touches,
+                prior=self.prior,
+                solver=self.solver,
+            )
+        return with_friction(found, self.forward.plate, self.friction)
 
 
 def solve(

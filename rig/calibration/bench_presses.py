@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, nan
+from math import hypot, inf, nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -192,7 +192,8 @@ def identify_by_images(
     places = np.array([seen[k][0].place for k in placed])
     require_places(places, np.array([shown[k].touch[:2] for k in placed]), bench.plate.size)
     frames = bench.reference_frames
-    presses = [_press(one, each, frames) for (one, _), each in zip(seen, shown, strict=True)]
+    place = hypot(PLACE, 0.5 * bench.friction * bench.plate.thickness)
+    presses = [_press(one, each, place, frames) for (one, _), each in zip(seen, shown, strict=True)]
     look = KnownBench(bench.known, bench.camera).look(chain.pattern)
     names = free or tuple(name for name, _ in models.BENCH)
     return models.identify(forward, presses, bench.known, look, names, report)
@@ -241,14 +242,14 @@ def _shown(chain: Chain, one: Listed, image: F32) -> ShownPress:
     return measured(chain, image, start, one.press)
 
 
-def _press(one: Listed, shown: ShownPress, reference_frames: int) -> models.Press:
-    """Return a press with what the list knows of it."""
+def _press(one: Listed, shown: ShownPress, place: float, reference_frames: int) -> models.Press:
+    """Return a press with what the list knows of it, a place to a standard deviation in mm."""
     (first, last), touch = one.frames, shown.touch.copy()
     if one.place is not None:
         touch[:2] = one.place
     if one.force is not None:
         touch[2] = one.force
-    along = inf if one.place is None else PLACE
+    along = inf if one.place is None else place
     sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
     frames = last - first + 1, reference_frames
     return models.Press.of_frames(shown.seen, touch, sigma, frames, shown.whitening, shown.moved)

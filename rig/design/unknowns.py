@@ -19,6 +19,8 @@ PRESSES = 3  # along each side
 FRAMES = 12  # of each
 LABEL = np.array([0.2, 0.2, 0.003])
 """Standard deviations of the list of presses: of places, mm, and of forces, as fractions."""
+FRICTION = 0.2
+"""Of a finger: standard deviation of its force along the face over that into the plate."""
 _ACROSS = 8  # touches along the longer side
 
 
@@ -29,7 +31,7 @@ class Unknown:
     Attributes
     ----------
     name : str
-        One of `GROUPS`.
+        One of `GROUPS`, or friction.
     place : float, mm
         Median over the plate, root mean square over benches as they usually are.
     force : float
@@ -80,6 +82,7 @@ def unknowns(now: Prediction, modal: fe.ModalPlate, force: float) -> Unknowns:
     costs = [
         _cost(name, models.cost_of(forward, bench, of, touches)) for name, of in GROUPS.items()
     ]
+    costs.append(Unknown(f"friction of {FRICTION:g}", models.friction_error(flat, FRICTION), 0.0))
     return Unknowns(
         force,
         tuple(sorted(costs, key=lambda cost: -cost.place)),

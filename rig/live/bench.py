@@ -92,6 +92,8 @@ class Bench:
         Whether touches are estimated from strain, where that is drawn.
     rate : float or None, frames a second
         What the scene expects of the camera.
+    friction : float
+        Of touches, see `models.Estimator`.
     """
 
     plate: fe.Plate
@@ -110,6 +112,7 @@ class Bench:
     start: models.TouchNet | None = None
     strain_touches: bool = True
     rate: float | None = None
+    friction: float = 0.0
 
     @property
     def height(self) -> float:
@@ -160,6 +163,7 @@ class Bench:
                 self.in_time,
                 self.start,
                 self.dic.prefilter,
+                self.friction,
             )
         except np.linalg.LinAlgError:
             raise ValueError(
@@ -233,6 +237,7 @@ def build_bench(
         in_time=in_time(scene, motions, calibration),
         row_time=camera.row_time,
         rate=camera.rate,
+        friction=scene.touches.friction if scene.touches else 0.0,
         start=touch_net_of(scene, theory.name, exact=known is None),
     )
 

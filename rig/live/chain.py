@@ -74,10 +74,12 @@ def prepare_chain(
     in_time: PlateInTime | None = None,
     net: models.TouchNet | None = None,
     prefilter: float | None = None,
+    friction: float = 0.0,
 ) -> Chain:
     """Prepare the chain for a reference, on a bench of which so much is known.
 
-    A prefilter, px, is chosen where none is given.
+    A prefilter, px, is chosen where none is given; for the friction of touches see
+    `models.Estimator`.
     """
     image, size = reference.image, motions.tiles.size
     given = tile_prefilter(image, size, reference.noise) if prefilter is None else prefilter
@@ -91,7 +93,8 @@ def prepare_chain(
     if known is not None:
         pattern = known.seen(pattern)
     bench = None if known is None else known.estimate
-    estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=bench)
+    forward = pattern.forward(noise)
+    estimator = Estimator(forward, max_touches=max_touches, bench=bench, friction=friction)
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
     return Chain(tile_reference, tiles, masked, noise, reference.noise, weight, in_time, start)

@@ -136,6 +136,11 @@ def plan_net(scene: Scene, theory: Theory) -> NetPlan:
             f"scene '{scene.title}' expects up to {scene.touches.max_touches} touches, and its net"
             " tells one; set touches.max_touches to 1"
         )
+    if scene.touches and scene.touches.friction:
+        raise ValueError(
+            f"scene '{scene.title}' expects friction, which nets know nothing of; set"
+            " touches.friction to 0, or estimator.kind to 'pattern'"
+        )
     trained, about = load_net(model)
     _check_same(scene, about.get("scene"), Path(model))
     margin = scene.training.margin if scene.training else 0.0

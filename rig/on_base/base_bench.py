@@ -46,6 +46,8 @@ class BaseBench:
         Weakest touch that counts in the scores.
     rate : float or None, frames a second
         What the scene expects of the camera.
+    friction : float
+        Of touches, see `models.Estimator`.
     """
 
     plate: fe.Plate
@@ -57,6 +59,7 @@ class BaseBench:
     max_touches: int
     min_force: float
     rate: float | None = None
+    friction: float = 0.0
 
     def watched(self, reference: ReferenceFrame) -> models.Watched:
         """Return plate and camera with an image of the flat plate.

@@ -123,7 +123,7 @@ def _ready(
 ) -> ReadyShape | None:
     if not (fit.converged and fit.state.stability.converged):
         return None
-    shape = models.prepare_shape(watched, fit.state, noise, bench.max_touches)
+    shape = models.prepare_shape(watched, fit.state, noise, bench.max_touches, bench.friction)
     return ReadyShape(shape, fit.camera, _view(models.SeenShape(fit.state, watched.camera)))
 
 

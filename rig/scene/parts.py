@@ -137,9 +137,10 @@ def _mechanics(name: str, section: Section, scene: Scene) -> Part:
             grids = [counts.even_elements(scene.plate, side) for side in sides]
             cost = " and ".join(f"{columns} × {rows}" for columns, rows in grids)
             return Part(name, what, f"shell on {cost} elements", ("fe",))
-        case TouchesSection(max_touches=number, force=(low, high), radius=radius):
+        case TouchesSection(max_touches=number, force=(low, high), radius=radius, friction=rubs):
             noun = "touch" if number == 1 else "touches"
             over = f" over a radius of {radius:g} mm" if radius else ""
+            over += f", with a friction of {rubs:g}" if rubs else ""
             return Part(name, f"up to {number} {noun} of {low:g} to {high:g} N{over}", "", ())
         case RingSection() | LatticeSection():
             return _gauges(name, section, scene)

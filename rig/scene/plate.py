@@ -164,3 +164,9 @@ class TouchesSection(Section):
         description="smallest and largest force, N"
     )
     radius: Length = Field(0.0, ge=0, description="of the disc that a touch presses, mm")
+    friction: Ratio = Field(
+        0.0,
+        ge=0,
+        le=2,
+        description="standard deviation of a touch's force along the face over that into the plate",
+    )
