@@ -18,6 +18,7 @@ import numpy as np
 import fe
 from models.arrays import F64, Mask
 from models.bench.bench import NAMES, UNITS, BenchEstimate
+from models.bench.causes import CAUSES
 from models.bench.deviation import deviation
 from models.bench.identify import COARSE
 from models.bench.joint import (
@@ -35,30 +36,9 @@ from models.bench.press import Press
 from models.bench.score_test import FALSE_ALARM, Slopes, slopes
 from models.bench.words import in_words
 from models.forward.bench_forward import BenchForward
-from models.forward.camera_change import CAMERA, Look
+from models.forward.camera_change import Look
 
-_LENS, _FOCAL, _STAND_OFF = ("k1", "k2"), ("focal",), ("shift_z",)
-_POSE = tuple(name for name, _ in CAMERA if name not in (*_LENS, *_FOCAL, *_STAND_OFF))
-
-
-def _starting(*starts: str) -> tuple[str, ...]:
-    return tuple(name for name, _ in fe.BENCH_PARAMETERS if name.startswith(starts))
-
-
-CAUSES: dict[str, tuple[str, ...]] = {
-    "clamps that give": _starting("rotation", "membrane"),
-    "a plate that is not flat": _starting("sag"),
-    "tension in the plate": _starting("tension"),
-    "the thickness": ("thickness",),
-    "uneven thickness": _starting("thickness_"),
-    "the camera's pose": _POSE,
-    "the stand-off": _STAND_OFF,
-    "the focal length": _FOCAL,
-    "the lens": _LENS,
-}
-"""Numbers of the bench by what they are; not Young's modulus, of which touches of unknown force
-tell nothing."""
-
+_PLATE = {name for name, _ in fe.BENCH_PARAMETERS}
 # Standard deviations of χ² above its mean: one cause does not explain all.
 _UNUSUAL = 6.0
 NO_CAUSE = (
@@ -184,7 +164,7 @@ def diagnose(
         Called with the causes tried and their number.
     """
     known, prior = prior, replace(prior, covariance=np.diag(prior.prior**2))
-    causes = {name: free for name, free in CAUSES.items() if look or free[0] in _starting("")}
+    causes = {name: free for name, free in CAUSES.items() if look or free[0] in _PLATE}
     on = stand(forward, prior.values, look)
 
     def asked(free: Sequence[str]) -> JointProblem:

@@ -20,9 +20,11 @@ from models.bench.joint import (
     Term,
     camera_moved,
     descend,
+    information,
     of_reference,
     pose,
     reduced,
+    rescaled,
     scatters,
     solve_lower,
     stand,
@@ -35,6 +37,14 @@ from models.bench.joint import (
 from models.bench.labels import LabelErrors, Shown, common_offset, label_errors
 from models.bench.marginal import own_error
 from models.bench.press import Press
+from models.bench.relevance import (
+    Numbers,
+    Posterior,
+    causes_among,
+    likely_scales,
+    over_scales,
+    posterior,
+)
 from models.forward.bench_forward import BenchForward
 from models.forward.camera_change import Look
 
@@ -95,6 +105,7 @@ def identify(
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
     problem = without_uneven(problem, presses, on)
+    causes = causes_among(problem.free) if prior.is_prior else []
     for turn in range(_LIMIT):
         before = state.values
         problem = weighed(problem, on, state, bench.discrepancy)
@@ -107,13 +118,16 @@ def identify(
         problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
+        if causes:
+            scales = likely_scales(information(problem, state, terms), causes)
+            problem = rescaled(problem, scales)
         still = converged and camera_moved(problem, before, state.values) < _MOVED
         last = turn + 1 >= _TURNS and still
         if progress is not None:
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:
             break
-    return _described(problem, on, bench, state, terms)
+    return _described(problem, on, bench, state, terms, causes)
 
 
 def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float:
@@ -170,17 +184,25 @@ def _shown(problem: JointProblem, terms: list[Term], state: State) -> Shown:
 
 
 def _described(
-    problem: JointProblem, on: BenchForward, bench: BenchEstimate, state: State, terms: list[Term]
+    problem: JointProblem,
+    on: BenchForward,
+    bench: BenchEstimate,
+    state: State,
+    terms: list[Term],
+    causes: list[Numbers],
 ) -> BenchEstimate:
     normal, _, _ = reduced(problem, state, terms, 0.0)
     numbers = len(problem.scales)
     slope = _shared_slope(problem, on, state, terms, bench.discrepancy)
     spread = widened(normal, slope)[:numbers, :numbers]
-    covariance = problem.prior.covariance.copy()
     index = np.flatnonzero(problem.free)
+    values, covariance = state.values.copy(), problem.prior.covariance.copy()
     covariance[index] = covariance[:, index] = 0.0
-    found = problem.scales[:, None] * spread * problem.scales
-    covariance[np.ix_(index, index)] = found
+    covariance[np.ix_(index, index)] = problem.scales[:, None] * spread * problem.scales
+    if causes:
+        change = _of_scales(problem, state, terms, causes)
+        values[index] += change.mean
+        covariance[np.ix_(index, index)] += change.covariance
     offset = np.zeros(2)
     if problem.free[_PLACE].all():
         sure = np.sqrt(np.diag(covariance)[_PLACE])
@@ -189,7 +211,7 @@ def _described(
     outliers = np.flatnonzero(problem.labels.outliers)
     return replace(
         bench,
-        values=state.values,
+        values=values,
         covariance=covariance,
         held_out=_held_out(problem, state, terms),
         outliers=tuple(int(i) for i in outliers),
@@ -197,6 +219,22 @@ def _described(
         label_sigma=_label_sigma(problem),
         touches=state.touches,
     )
+
+
+def _of_scales(
+    problem: JointProblem, state: State, terms: list[Term], causes: list[Numbers]
+) -> Posterior:
+    """Work out what the free numbers change by since the scales of causes are not known.
+
+    From the last step, whose scales were those of the turn before.
+    """
+    stated = problem.prior.prior[problem.free]
+    known, scales = information(problem, state, terms), problem.scales / stated
+    likely = posterior(known, scales)
+    whole = over_scales(known, causes, scales, np.eye(len(scales)))
+    mean = problem.prior.values[problem.free] + stated * whole.mean
+    more = whole.covariance - likely.covariance
+    return Posterior(mean - state.values[problem.free], stated[:, None] * more * stated)
 
 
 def _label_sigma(problem: JointProblem) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from models.bench.labels import LabelErrors
 from models.bench.limits import pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
+from models.bench.relevance import Information
 from models.forward.bench_forward import THICKNESS, BenchForward
 from models.forward.camera_change import Look
 
@@ -155,7 +156,7 @@ def without_uneven(
 
 def camera_moved(problem: JointProblem, before: F64, after: F64) -> float:
     """By how much of the prior's σ a number of the camera changed most."""
-    change = np.abs(after - before)[problem.free] / problem.scales
+    change = np.abs(after - before)[problem.free] / problem.prior.prior[problem.free]
     return float(np.max(change[np.flatnonzero(problem.free) >= _PLATE], initial=0.0))
 
 
@@ -295,6 +296,29 @@ def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: fl
         touches[i] += inverse @ (towards - terms[i].mixed.T @ step)
     inside = _inside(touches, np.array(problem.plate.plate.size))
     return State(values, inside, state.noise + step[numbers:])
+
+
+def information(problem: JointProblem, state: State, terms: list[Term]) -> Information:
+    """Say what the presses alone show of the numbers that are free, in their stated σ."""
+    normal, slope, _ = reduced(problem, state, terms, 0.0)
+    numbers = len(problem.scales)
+    common = np.linalg.solve(normal[numbers:, numbers:], normal[numbers:]).T
+    matrix = normal[:numbers, :numbers] - common[:numbers] @ normal[numbers:, :numbers]
+    towards = slope[:numbers] - common[:numbers] @ slope[numbers:]
+    beside, by_numbers = deviation(state.values, problem.prior, problem.free)
+    matrix -= by_numbers.T @ by_numbers
+    towards += by_numbers.T @ beside
+    away = (state.values - problem.prior.values)[problem.free] / problem.scales
+    scales = problem.scales / problem.prior.prior[problem.free]
+    return Information(matrix / np.outer(scales, scales), (matrix @ away + towards) / scales)
+
+
+def rescaled(problem: JointProblem, scales: F64) -> JointProblem:
+    """Take the prior as so many times (P,) as wide as it was stated."""
+    sigma = problem.prior.prior.copy()
+    sigma[problem.free] *= scales
+    prior = replace(problem.prior, covariance=np.diag(sigma**2))
+    return replace(problem, prior=prior, scales=sigma[problem.free])
 
 
 def _inside(touches: F64, size: F64) -> F64:

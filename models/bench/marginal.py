@@ -116,6 +116,17 @@ def scatter(
     forward: BenchForward, bench: BenchEstimate, touches: F64, left: Traces = NO_TRACES
 ) -> F64:
     """Covariance of a measurement by noise, memory, bench, change and model error, (m, m)."""
+    beside = scatter_beside_bench(forward, bench, touches, left)
+    if not len(touches):
+        return beside
+    derivatives = forward.by_bench(touches)
+    return beside + derivatives.T @ (bench.covariance @ derivatives)
+
+
+def scatter_beside_bench(
+    forward: BenchForward, bench: BenchEstimate, touches: F64, left: Traces = NO_TRACES
+) -> F64:
+    """Compute that covariance without what the numbers of the bench add, (m, m)."""
     even = np.eye(len(forward.whitening))
     if len(left):
         shown = left.shown(forward, bench)[1]
@@ -125,10 +136,9 @@ def scatter(
     if forward.rolled is not None:
         moving = rate_sigma(touches).ravel()[:, None] * forward.by_rate(touches)
         even += moving.T @ moving
-    derivatives, seen = forward.by_bench(touches), forward.read(touches)[0]
-    own = bench.discrepancy**2 * own_error(seen)
+    own = bench.discrepancy**2 * own_error(forward.read(touches)[0])
     even[np.diag_indices(len(even))] += own
-    return even + derivatives.T @ (bench.covariance @ derivatives)
+    return even
 
 
 def rate_sigma(touches: F64) -> F64:
