@@ -57,6 +57,7 @@ _TURNS, _LIMIT = 3, 8
 # Of the prior's σ: a turn that moves a number of the camera further is not the last. In a turn the
 # camera is taken to first order, and touches of unknown place lead it far.
 _MOVED = 0.35
+_RESCALED = 0.7  # the logarithm of a cause's scale: a turn that changes one by more is not the last
 _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 # A plate that lies beside where the camera is thought to see it has all touches beside themselves.
@@ -111,23 +112,31 @@ def identify(
         problem = weighed(problem, on, state, bench.discrepancy)
         state, terms, converged = descend(problem, on, state, terms)
         bench = replace(bench, converged=converged)
-        on = stand(on, state.values, look)
+        still = camera_moved(problem, before, state.values) < _MOVED
+        on = stand(on, state.values, look, near=on.fields.seen if still else None)
         problem = without_uneven(problem, presses, on)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
         bench = replace(bench, memory=_memory(problem, on, state, bench.discrepancy))
         problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
-        if causes:
+        still = still and converged
+        if causes and turn:  # the first one sees no more than large features
             scales = likely_scales(information(problem, state, terms), causes)
+            still = still and _settled(problem, scales)
             problem = rescaled(problem, scales)
-        still = converged and camera_moved(problem, before, state.values) < _MOVED
         last = turn + 1 >= _TURNS and still
         if progress is not None:
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:
             break
     return _described(problem, on, bench, state, terms, causes)
+
+
+def _settled(problem: JointProblem, scales: F64) -> bool:
+    """Whether the prior is about as many times (P,) as wide as it is taken already."""
+    taken = problem.scales / problem.prior.prior[problem.free]
+    return bool(np.abs(np.log(scales / taken)).max() < _RESCALED)
 
 
 def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float:

@@ -25,7 +25,7 @@ from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.bench.relevance import Information
 from models.forward.bench_forward import THICKNESS, BenchForward
-from models.forward.camera_change import Look
+from models.forward.camera_change import Look, Seen
 
 _STEPS = 12
 _SETTLED = 0.02  # fall of χ² below which a descent has ended
@@ -122,16 +122,19 @@ def of_reference(problem: JointProblem, press: Press) -> F64:
     return press.reference * press.whitening @ problem.unwhitening
 
 
-def stand(forward: BenchForward, values: F64, look: Look | None) -> BenchForward:
+def stand(
+    forward: BenchForward, values: F64, look: Look | None, *, near: Seen | None = None
+) -> BenchForward:
     """Return the forward model on a bench, through what its camera sees exactly.
 
-    A camera that stands as it stood, on a plate as thick, sees what it saw.
+    A camera that stands as it stood, on a plate as thick, sees what it saw. The derivatives by its
+    numbers are those of `near`, where that is given.
     """
     seen, was = forward.fields.seen, forward.fields.values
     alike = np.array_equal(values[_PLATE:], was[_PLATE:]) and values[THICKNESS] == was[THICKNESS]
     if look is None or (seen is not None and alike):
         return forward.on(values, seen)
-    return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS])))
+    return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS]), near))
 
 
 def without_uneven(

@@ -68,8 +68,11 @@ class Seen(NamedTuple):
 class Look(Protocol):
     """What is measured of a plate's fields by what watches it, a camera or gauges."""
 
-    def at(self, values: F64, thicker: float = 0.0) -> Seen:
-        """Measure by a camera whose numbers are `values` (9,), of a plate thicker by e^thicker."""
+    def at(self, values: F64, thicker: float = 0.0, near: Seen | None = None) -> Seen:
+        """Measure by a camera whose numbers are `values` (9,), of a plate thicker by e^thicker.
+
+        Derivatives are those of `near`, where a camera near by was looked through before.
+        """
         ...
 
 
@@ -93,20 +96,24 @@ class CameraChange:
     camera: synthetic.AnyCamera
     height: float
 
-    def at(self, values: F64, thicker: float = 0.0) -> Seen:
+    def at(self, values: F64, thicker: float = 0.0, near: Seen | None = None) -> Seen:
         """Amplitudes seen by a camera whose numbers are `values` (9,), and their derivatives.
 
         The plate is thicker by a factor, of which `thicker` is the logarithm. The motion of the
         tiles by each field is resolved as that of an image is, see `TilePattern.resolving`: what
         resembles a shift of the camera is taken for one. Only a pinhole has such numbers.
+        Derivatives take ten times as long as what is seen, and are those of `near` where it is
+        given.
         """
         camera, height = self.camera, self.height * exp(thicker)
         if isinstance(camera, synthetic.Camera):
             camera = varied(camera, self._middle, values)
-        matrix = self._seen(camera, height)
+        matrix, uneven = self._seen(camera, height), self._uneven(values, height)
+        if near is not None:
+            return near._replace(matrix=matrix, uneven=uneven)
         by_thickness = (self._seen(camera, height * exp(_THICKER)) - matrix) / _THICKER
         derivatives = self._derivatives(values, height, matrix)
-        return Seen(matrix, derivatives, by_thickness, self._uneven(values, height))
+        return Seen(matrix, derivatives, by_thickness, uneven)
 
     def _derivatives(self, values: F64, height: float, matrix: F64) -> F64:
         """Differentiate the amplitudes by each number of a pinhole, (9, K, A)."""

@@ -59,8 +59,11 @@ class Gauges:
     modal: fe.ModalPlate
     readings: fe.Readings
 
-    def at(self, values: F64, thicker: float = 0.0) -> models.Seen:
+    def at(
+        self, values: F64, thicker: float = 0.0, near: models.Seen | None = None
+    ) -> models.Seen:
         """Strain by all fields of the plate; no camera takes part."""
+        del near  # all of it is quick
         thick = float(np.exp(thicker))
         modes = thick * np.tensordot(self.readings.bent, self.modal.values, ([0, 1], [0, 1]))
         own = np.eye(len(modes))  # details and stretching of a gauge are read by it alone
