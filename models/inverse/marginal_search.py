@@ -135,9 +135,10 @@ class Uncertain:
         """
         if not estimate.count or not np.isfinite(estimate.covariance).all():
             return estimate
+        found = None
         if self.bench.is_prior and self.bench.prior.any():
-            return by_relevance(estimate, forward, self.bench, measured, left, prior)
-        return _with_systematic(estimate, forward)
+            found = by_relevance(estimate, forward.forward, self.bench, measured, left, prior)
+        return _with_systematic(estimate, forward) if found is None else found
 
     def _near_by(self, touches: F64, left: Traces) -> Whitened | None:
         """Return what it was whitened by last, where that was near by."""

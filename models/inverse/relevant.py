@@ -1,21 +1,20 @@
 """Touches on a bench of which nothing is known but its scene, each cause as wide as a frame shows.
 
 A frame shows a score of the numbers of a bench beside its touches. Those that were found by the
-whole prior are taken on by one step of Gauss and Newton to where causes that the frame shows to be
-absent count for little; see `models.bench.relevance`.
+whole prior are taken on, by a step of Gauss and Newton over touches and bench, to where causes that
+the frame shows to be absent count for little; see `models.bench.relevance`.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from models.arrays import F64
+from models.arrays import F64, Mask
 from models.bench.bench import BenchEstimate
-from models.bench.marginal import MarginalForward, scatter_beside_bench
+from models.bench.marginal import likely_shift, scatter_beside_bench
 from models.bench.relevance import (
     Information,
     causes_among,
@@ -25,11 +24,35 @@ from models.bench.relevance import (
 )
 from models.bench.traces import Traces
 from models.estimate import Estimate
+from models.forward.bench_forward import BenchForward
 from models.inverse.prior import Prior
 
+_FURTHEST = 4.0  # standard deviations by the whole prior, beyond which a step leads astray
 
-class _Step(NamedTuple):
-    """A step from touches, and what it takes of the numbers of the bench.
+
+@dataclass(frozen=True)
+class _Frame:
+    """What is measured (m,) beside traces, in units of noise, and what is known beforehand."""
+
+    measured: F64
+    bench: BenchEstimate
+    prior: Prior
+    lower: F64  # Cholesky factor of what scatters beside the bench
+
+    @property
+    def free(self) -> Mask:
+        """Numbers of the bench of which something is not known, (50,)."""
+        return self.bench.prior > 0
+
+    def whiten(self, rows: F64) -> F64:
+        """Put columns (m, k) into units of what scatters beside the bench."""
+        white = solve_triangular(self.lower, rows, lower=True, check_finite=False)
+        return np.asarray(white, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A step from touches: on the likeliest bench, and what each number of a bench takes of it.
 
     On a bench as it is most likely the touches move by `alone`, with `covariance`, by `gain` of
     what is measured; each number moves them by `by_bench`, and is measured by `seen`.
@@ -45,12 +68,12 @@ class _Step(NamedTuple):
 
 def by_relevance(
     estimate: Estimate,
-    forward: MarginalForward,
+    forward: BenchForward,
     bench: BenchEstimate,
     measured: F64,
     left: Traces,
     prior: Prior,
-) -> Estimate:
+) -> Estimate | None:
     """Return touches and their covariance with the scale of each cause inferred.
 
     χ², p-value and count stay those of the whole prior. Each frame infers the scales anew: from
@@ -60,28 +83,32 @@ def by_relevance(
     ----------
     estimate : Estimate
         By the whole prior of the bench.
-    forward : MarginalForward
-        About its touches, or near by.
+    forward : BenchForward
+        On any bench near by.
     bench : BenchEstimate
         Of which no press and no touch has shown anything.
     measured : (m,) float64
         In units of its noise.
     left : Traces
     prior : Prior
+
+    Returns
+    -------
+    Estimate or None
+        None where the step leads astray: what is found by the whole prior stands.
     """
     touches = np.column_stack([estimate.xy, estimate.force])
-    free = bench.prior > 0
-    lower = np.linalg.cholesky(scatter_beside_bench(forward.forward, bench, touches, left))
-    predicted, own = forward.forward.read(touches)
-    shared = forward.forward.by_bench(touches)[free] * bench.prior[free, None]
-    rows = np.concatenate([(measured - forward.shift - predicted)[None], own, shared]).T
-    white = solve_triangular(lower, rows, lower=True, check_finite=False)
-    step = _step(np.asarray(white, dtype=np.float64), touches, prior)
-    causes = causes_among(free)
+    lower = np.linalg.cholesky(scatter_beside_bench(forward, bench, touches, left))
+    if len(left):
+        measured = measured - left.shown(forward, bench)[0]
+    frame = _Frame(measured, bench, prior, np.asarray(lower, dtype=np.float64))
+    step, causes = _step(frame, forward, touches), causes_among(frame.free)
     scales = likely_scales(step.information, causes)
     shift = over_scales(step.information, causes, scales, -step.by_bench)
-    found = touches + (step.alone + shift.mean).reshape(touches.shape)
-    covariance = step.covariance + shift.covariance
+    away = step.alone + shift.mean
+    if not (np.abs(away) < _FURTHEST * np.sqrt(np.diag(estimate.covariance))).all():
+        return None
+    found, covariance = touches + away.reshape(touches.shape), step.covariance + shift.covariance
     known = posterior(step.information, scales).covariance
     white_gain = step.gain - step.by_bench @ known @ step.seen.T
     gain = solve_triangular(lower, white_gain.T, lower=True, trans=1, check_finite=False)
@@ -94,15 +121,16 @@ def by_relevance(
     )
 
 
-def _step(white: F64, touches: F64, prior: Prior) -> _Step:
-    """Work out a step from what is left (m,), and its derivatives by touches and bench, as columns.
-
-    All in units of what scatters beside the bench.
-    """
+def _step(frame: _Frame, on: BenchForward, touches: F64) -> _Step:
+    """Work out a step from touches on a bench."""
+    predicted, own = on.read(touches)
+    rest = frame.measured - predicted - likely_shift(on, frame.bench, touches)
+    shared = on.by_bench(touches)[frame.free] * frame.bench.prior[frame.free, None]
+    white = frame.whiten(np.concatenate([rest[None], own, shared]).T)
     rest, own, shared = np.split(white, [1, 1 + touches.size], axis=1)
-    stated = np.tile(prior.precision, len(touches))
+    stated = np.tile(frame.prior.precision, len(touches))
     covariance = np.asarray(np.linalg.inv(own.T @ own + np.diag(stated)), dtype=np.float64)
-    away = np.tile(prior.mean, len(touches)) - touches.ravel()
+    away = np.tile(frame.prior.mean, len(touches)) - touches.ravel()
     alone = covariance @ (own.T @ rest[:, 0] + stated * away)
     gain = covariance @ own.T
     by_bench = gain @ shared

@@ -192,7 +192,7 @@ class Slanted:
         none = np.zeros((len(models.CAMERA), *seeing.shape)), np.zeros(seeing.shape)
         self.seen = models.Seen(seeing, *none, uneven)
 
-    def at(self, values, thicker=0.0):
+    def at(self, values, thicker=0.0, near=None):
         return self.seen
 
 

@@ -1,0 +1,76 @@
+"""Touches on an unknown bench: what a frame shows to be absent counts for little."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fe
+import models
+
+PLATE = fe.Plate((150.0, 100.0), 1.0, 3000.0, 0.38)
+NAMES = [name for name, _ in models.BENCH]
+NOISE = 2e-3  # of an amplitude, mm²
+
+
+@pytest.fixture(scope="module")
+def forward():
+    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
+    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
+    return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / NOISE)
+
+
+def frames(forward, **numbers):
+    """Yield touches and what a frame shows of them, on a bench with some numbers."""
+    values, rng = np.zeros(len(NAMES)), np.random.default_rng(6)
+    for name, value in numbers.items():
+        values[NAMES.index(name)] = value
+    for _ in range(24):
+        touch = np.array([rng.uniform(25, 125), rng.uniform(25, 75), rng.uniform(1.0, 3.0)])
+        shown = forward.on(values, None).read(touch[None])[0]
+        yield touch, shown + rng.standard_normal(len(shown))
+
+
+def errors(estimator, seen):
+    off, sigma = np.empty((len(seen), 3)), np.empty((len(seen), 3))
+    for k, (touch, shown) in enumerate(seen):
+        found = estimator.fit_whitened(shown, touch[None], count=1)
+        off[k] = np.append(found.xy[0], found.force[0]) - touch
+        sigma[k] = np.sqrt(np.diag(found.covariance))
+    return off, sigma
+
+
+@pytest.mark.parametrize("numbers", [{}, {"sag": 0.1}, {"tension_xx": 0.1, "tension_yy": 0.06}])
+def test_places_are_better_known_where_one_thing_is_wrong(forward, numbers):
+    prior, seen = models.bench_before(PLATE), list(frames(forward, **numbers))
+    whole = replace(prior, covariance=1.01 * prior.covariance)  # as presses have left it
+    off, sigma = errors(models.Estimator(forward, bench=prior, max_touches=1), seen)
+    before, stated = errors(models.Estimator(forward, bench=whole, max_touches=1), seen)
+    assert (np.median(sigma, axis=0)[:2] < 0.6 * np.median(stated, axis=0)[:2]).all()
+    assert np.mean(np.abs(off / sigma) < 2.0) > 0.85
+    if not numbers:
+        places, all_wrong = (np.median(np.hypot(*each[:, :2].T)) for each in (off, before))
+        assert places < 0.5 * all_wrong
+
+
+def test_the_fit_is_judged_by_the_whole_prior(forward):
+    prior = models.bench_before(PLATE)
+    whole = replace(prior, covariance=1.01 * prior.covariance)
+    for touch, shown in frames(forward, sag=0.1):
+        found, stated = (
+            models.Estimator(forward, bench=each, max_touches=1).fit_whitened(shown, touch[None])
+            for each in (prior, whole)
+        )
+        assert found.count == stated.count == 1
+        assert found.chi2 == pytest.approx(stated.chi2, rel=0.02)
+        assert np.linalg.eigvalsh(found.systematic).min() > 0.0
+
+
+def test_what_is_known_of_a_touch_is_known_still(forward):
+    """A prior of its force, which no bench can take away."""
+    prior, (touch, shown) = models.bench_before(PLATE), next(frames(forward, young=-0.15))
+    known = models.prior(force=float(touch[2]), force_sigma=0.01)
+    estimator = models.Estimator(forward, bench=prior, max_touches=1, prior=known)
+    found = estimator.fit_whitened(shown, touch[None], count=1)
+    assert found.force[0] == pytest.approx(touch[2], abs=0.03)
+    assert found.covariance[2, 2] <= 0.0101**2
