@@ -14,6 +14,7 @@ import numpy as np
 
 from models.arrays import F64
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
+from models.bench.deviation import deviation
 from models.bench.joint import (
     JointProblem,
     State,
@@ -237,13 +238,14 @@ def _of_scales(
 
     From the last step, whose scales were those of the turn before.
     """
-    stated = problem.prior.prior[problem.free]
-    known, scales = information(problem, state, terms), problem.scales / stated
-    likely = posterior(known, scales)
+    beside, by_numbers = deviation(state.values, problem.prior, problem.free)
+    scales = problem.scales / problem.prior.prior[problem.free]
+    known = information(problem, state, terms)
     whole = over_scales(known, causes, scales, np.eye(len(scales)))
-    mean = problem.prior.values[problem.free] + stated * whole.mean
-    more = whole.covariance - likely.covariance
-    return Posterior(mean - state.values[problem.free], stated[:, None] * more * stated)
+    more = whole.covariance - posterior(known, scales).covariance
+    back = problem.scales[:, None] * np.linalg.inv(by_numbers)
+    to_numbers = back / scales
+    return Posterior(to_numbers @ whole.mean - back @ beside, to_numbers @ more @ to_numbers.T)
 
 
 def _label_sigma(problem: JointProblem) -> tuple[float, float]:

@@ -302,18 +302,21 @@ def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: fl
 
 
 def information(problem: JointProblem, state: State, terms: list[Term]) -> Information:
-    """Say what the presses alone show of the numbers that are free, in their stated σ."""
+    """Say what the presses alone show of deviations from the prior, in their stated σ.
+
+    Compliances and tension deviate in parts of the plate's own stiffness, see `deviation`.
+    """
     normal, slope, _ = reduced(problem, state, terms, 0.0)
     numbers = len(problem.scales)
     common = np.linalg.solve(normal[numbers:, numbers:], normal[numbers:]).T
     matrix = normal[:numbers, :numbers] - common[:numbers] @ normal[numbers:, :numbers]
     towards = slope[:numbers] - common[:numbers] @ slope[numbers:]
     beside, by_numbers = deviation(state.values, problem.prior, problem.free)
-    matrix -= by_numbers.T @ by_numbers
-    towards += by_numbers.T @ beside
-    away = (state.values - problem.prior.values)[problem.free] / problem.scales
+    back = np.linalg.inv(by_numbers)
+    matrix = back.T @ matrix @ back - np.eye(numbers)
+    towards = back.T @ towards + beside + matrix @ beside
     scales = problem.scales / problem.prior.prior[problem.free]
-    return Information(matrix / np.outer(scales, scales), (matrix @ away + towards) / scales)
+    return Information(matrix / np.outer(scales, scales), towards / scales)
 
 
 def rescaled(problem: JointProblem, scales: F64) -> JointProblem:

@@ -27,6 +27,7 @@ from models.inverse.friction import check_friction, with_friction
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
 from models.inverse.marginal_search import Uncertain, find_on_bench
 from models.inverse.prior import FLAT, Prior
+from models.inverse.relevant import by_relevance
 from models.inverse.solver import STANDARD, check_measured, find, read_start
 
 
@@ -98,6 +99,29 @@ class Estimator:
         if self.bench is None or not isinstance(self.forward, BenchForward) or not len(left):
             return left
         return traces_after(self.forward, self.bench, measured, touches, left)
+
+    def by_relevance(self, estimate: Estimate, measured: F64, left: Traces = NO_TRACES) -> Estimate:
+        """Return an estimate with each cause of a bench as wide as the frame itself shows.
+
+        It is another one only where nothing is known of the bench but its scene. To follow touches
+        from frame to frame keep what `fit_whitened` finds: it explains the frame by the whole
+        prior of the bench, as the traces of touches that ended take it.
+
+        Parameters
+        ----------
+        estimate : Estimate
+        measured : (m,) float64
+            What it is of, in units of its noise, as for `fit_whitened`.
+        left : Traces
+            As for `fit_whitened`.
+        """
+        bench, forward = self.bench, self.forward
+        unknown = bench is not None and bench.is_prior and bench.prior.any()
+        sure = estimate.count and np.isfinite(estimate.covariance).all()
+        if bench is None or not (unknown and sure and isinstance(forward, BenchForward)):
+            return estimate
+        found = by_relevance(estimate, forward, bench, measured, left, self.prior)
+        return found if found is estimate else with_friction(found, forward.plate, self.friction)
 
     def with_force_intervals(
         self, estimate: Estimate, measured: F64, left: Traces = NO_TRACES

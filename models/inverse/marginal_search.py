@@ -23,7 +23,6 @@ from models.forward.bench_forward import BenchForward
 from models.inverse.candidates import CandidateGrid
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
 from models.inverse.prior import FLAT, Prior
-from models.inverse.relevant import by_relevance
 from models.inverse.solver import STANDARD, find
 
 # Touches that moved by less were whitened well enough: parts of a standard deviation, or of the
@@ -121,25 +120,6 @@ class Uncertain:
         state = self.forward.fields.state(touches)
         return replace(there, forward=there.forward.near(state))
 
-    def completed(
-        self,
-        estimate: Estimate,
-        forward: MarginalForward,
-        measured: F64,
-        left: Traces,
-        prior: Prior,
-    ) -> Estimate:
-        """Say what of the covariance of touches is not noise.
-
-        Where nothing is known of the bench but its scene, its causes are weighed before.
-        """
-        if not estimate.count or not np.isfinite(estimate.covariance).all():
-            return estimate
-        found = None
-        if self.bench.is_prior and self.bench.prior.any():
-            found = by_relevance(estimate, forward.forward, self.bench, measured, left, prior)
-        return _with_systematic(estimate, forward) if found is None else found
-
     def _near_by(self, touches: F64, left: Traces) -> Whitened | None:
         """Return what it was whitened by last, where that was near by."""
         last = self._last.get(len(touches))
@@ -212,16 +192,19 @@ def find_on_bench(
         if len(touches) == len(there.touches) and on.near(
             there.touches, touches, estimate.covariance
         ):
-            return on.completed(estimate, there.forward, measured, left, prior)
+            return _with_systematic(estimate, there.forward)
         if rounds == 0 and len(touches) == len(start):  # they have moved since the last frame
             there = on.about(touches, left)
         else:
             there, touches = _settled(measured, on, touches, left, prior, solver)
-    last = on.completed(fit(there, touches), there.forward, measured, left, prior)
+    last = _with_systematic(fit(there, touches), there.forward)
     return replace(last, result=Result.UNRESOLVABLE)
 
 
 def _with_systematic(estimate: Estimate, forward: MarginalForward) -> Estimate:
+    """Say what of its covariance is not noise."""
+    if not estimate.count or not np.isfinite(estimate.covariance).all():
+        return estimate
     touches = np.column_stack([estimate.xy, estimate.force])
     noise = noise_covariance(forward, touches, estimate.covariance)
     return replace(estimate, systematic=estimate.covariance - noise)

@@ -73,7 +73,7 @@ def by_relevance(
     measured: F64,
     left: Traces,
     prior: Prior,
-) -> Estimate | None:
+) -> Estimate:
     """Return touches and their covariance with the scale of each cause inferred.
 
     χ², p-value and count stay those of the whole prior. Each frame infers the scales anew: from
@@ -94,8 +94,8 @@ def by_relevance(
 
     Returns
     -------
-    Estimate or None
-        None where the step leads astray: what is found by the whole prior stands.
+    Estimate
+        The same where the step leads astray.
     """
     touches = np.column_stack([estimate.xy, estimate.force])
     lower = np.linalg.cholesky(scatter_beside_bench(forward, bench, touches, left))
@@ -107,7 +107,7 @@ def by_relevance(
     shift = over_scales(step.information, causes, scales, -step.by_bench)
     away = step.alone + shift.mean
     if not (np.abs(away) < _FURTHEST * np.sqrt(np.diag(estimate.covariance))).all():
-        return None
+        return estimate
     found, covariance = touches + away.reshape(touches.shape), step.covariance + shift.covariance
     known = posterior(step.information, scales).covariance
     white_gain = step.gain - step.by_bench @ known @ step.seen.T

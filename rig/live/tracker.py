@@ -14,11 +14,11 @@ from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import ChainState, at_rest
 from rig.live.confirmation import confirmed
 from rig.live.first_touches import NextBench
-from rig.live.force_intervals import with_force_intervals
 from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
 from rig.live.pace import LATENCY
+from rig.live.reported import reported
 from rig.live.strain_chain import with_strain, with_touches
 from rig.live.tracks import Event, Track, Tracks
 from rig.live.visibility import SLIGHT
@@ -110,7 +110,7 @@ class FrameProcessor:
             frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)
         else:
             with watch.stage("estimate"):
-                frame_estimate = with_force_intervals(self.chain, frame_estimate)
+                frame_estimate = reported(self.chain, frame_estimate)
         watch.add(LATENCY, self._clock() - frame.given)
         frame_estimate = with_strain(self.strain, frame_estimate, watch, self._bench.alignment)
         with watch.stage("track"):

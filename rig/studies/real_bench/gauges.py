@@ -59,9 +59,7 @@ class Gauges:
     modal: fe.ModalPlate
     readings: fe.Readings
 
-    def at(
-        self, values: F64, thicker: float = 0.0, near: models.Seen | None = None
-    ) -> models.Seen:
+    def at(self, values: F64, thicker: float = 0.0, near: models.Seen | None = None) -> models.Seen:
         """Strain by all fields of the plate; no camera takes part."""
         del near  # all of it is quick
         thick = float(np.exp(thicker))

@@ -28,8 +28,8 @@ from rig.calibration.store import calibration_beside
 from rig.live.baseline import ReferenceFrame, average_reference, drift_weight
 from rig.live.bench import build_bench
 from rig.live.chain import Chain, ChainState, at_rest, prepare_chain
-from rig.live.force_intervals import with_force_intervals
 from rig.live.frame_estimate import estimate_frame
+from rig.live.reported import reported
 from rig.report.figure import Bar, Figure, at_least, at_most
 from rig.sources.real_twin import RealTwin
 from rig.sources.script import TOUR_LENGTH
@@ -328,7 +328,7 @@ def pressed_near_an_edge(bench: Bench, chain: Chain, scenes: int) -> Near:
 def bounded(chain: Chain, image: AnyArray) -> Estimate:
     """Estimate the touches of a frame from a plate at rest, with the intervals of their forces."""
     found = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
-    return with_force_intervals(chain, found).estimate
+    return reported(chain, found).estimate
 
 
 def two_sigma(estimate: Estimate) -> tuple[float, float]:
