@@ -3,8 +3,10 @@
 import hashlib
 import os
 import tempfile
+from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parent.parent
@@ -55,3 +57,21 @@ def pytest_runtest_makereport(item, call):
         report.outcome = "failed"
         report.longrepr = f"{item.nodeid} was skipped, and in CI no test may be: {report.longrepr}"
     return report
+
+
+@pytest.fixture(scope="session")
+def modal_bench():
+    """Give forward models of plates in fifty modes, just as described, by plate and noise.
+
+    Every amplitude is measured, with that standard deviation in mm².
+    """
+    import fe
+    import models
+
+    modal = cache(lambda plate: fe.modal_plate(plate, 50, fe.grid(plate, 20)))
+
+    def forward(plate, noise):
+        fields = models.BenchFields(fe.BenchPlate(modal(plate), fe.bench_values()))
+        return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / noise)
+
+    return forward

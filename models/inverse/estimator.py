@@ -103,22 +103,22 @@ class Estimator:
     def by_relevance(self, estimate: Estimate, measured: F64, left: Traces = NO_TRACES) -> Estimate:
         """Return an estimate with each cause of a bench as wide as the frame itself shows.
 
-        It is another one only where nothing is known of the bench but its scene. To follow touches
-        from frame to frame keep what `fit_whitened` finds: it explains the frame by the whole
-        prior of the bench, as the traces of touches that ended take it.
+        It is another one only where nothing is known of the bench but its scene, and where no
+        interval stands for a force: χ² is no parabola there, as the step to it would have it. To
+        follow touches from frame to frame keep what `fit_whitened` finds: it explains the frame by
+        the whole prior of the bench, as the traces of touches that ended take it.
 
         Parameters
         ----------
         estimate : Estimate
-        measured : (m,) float64
-            What it is of, in units of its noise, as for `fit_whitened`.
-        left : Traces
-            As for `fit_whitened`.
+        measured, left
+            As for `with_force_intervals`.
         """
         bench, forward = self.bench, self.forward
-        unknown = bench is not None and bench.is_prior and bench.prior.any()
-        sure = estimate.count and np.isfinite(estimate.covariance).all()
-        if bench is None or not (unknown and sure and isinstance(forward, BenchForward)):
+        if bench is None or not bench.is_prior or not isinstance(forward, BenchForward):
+            return estimate
+        known = not bench.prior.any() or not np.isfinite(estimate.covariance).all()
+        if known or not estimate.count or any(estimate.force_intervals):
             return estimate
         found = by_relevance(estimate, forward, bench, measured, left, self.prior)
         return found if found is estimate else with_friction(found, forward.plate, self.friction)

@@ -9,14 +9,14 @@ from rig.live.frame_estimate import FrameEstimate
 
 
 def reported(chain: Chain, found: FrameEstimate) -> FrameEstimate:
-    """Return a frame's estimate by the causes that it shows, with intervals of uneven forces.
+    """Return a frame's estimate with intervals of uneven forces, or by the causes that it shows.
 
-    See `Estimator.by_relevance` and `Estimator.with_force_intervals`.
+    See `Estimator.with_force_intervals` and `Estimator.by_relevance`.
     """
     if found.measured is None or not found.estimate.count:
         return found
     _, estimator = chain.masked_models.for_mask(found.hidden)
     left = found.state.memory.left
-    estimate = estimator.by_relevance(found.estimate, found.measured, left)
-    estimate = estimator.with_force_intervals(estimate, found.measured, left)
+    estimate = estimator.with_force_intervals(found.estimate, found.measured, left)
+    estimate = estimator.by_relevance(estimate, found.measured, left)
     return replace(found, estimate=estimate)

@@ -124,6 +124,7 @@ def build_base_bench(
         max_touches=scene.touches.max_touches if scene.touches else 1,
         min_force=scene.touches.force[0] if scene.touches else 0.0,
         rate=camera.rate,
+        friction=scene.touches.friction if scene.touches else 0.0,
     )
 
 

@@ -24,11 +24,8 @@ PLACES = [(x, y) for x in (35.0, 75.0, 115.0) for y in (30.0, 55.0, 80.0)]
 
 
 @pytest.fixture(scope="module")
-def forward():
-    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
-    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
-    count = fields.count + fields.drifts
-    return models.BenchForward(fields, np.eye(count) / NOISE)
+def forward(modal_bench):
+    return modal_bench(PLATE, NOISE)
 
 
 def drawn_bench(rng):

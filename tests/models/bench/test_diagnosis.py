@@ -14,10 +14,8 @@ NAMES = [name for name, _ in models.BENCH]
 
 
 @pytest.fixture(scope="module")
-def forward():
-    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
-    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
-    return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / NOISE)
+def forward(modal_bench):
+    return modal_bench(PLATE, NOISE)
 
 
 def touched(forward, seed=3, own=0.002, alike=0.0, **wrong):

@@ -1,5 +1,7 @@
 """Numbers whose causes have unknown scales: exact where one cause is, honest where several are."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -47,23 +49,51 @@ def test_without_a_measurement_all_is_as_uncertain_as_stated():
 
 def test_one_cause_has_the_moments_of_its_mixture():
     rng = np.random.default_rng(1)
-    information = measured(rng, 0.2 * rng.normal(size=3))
-    parts = [posterior(information, np.full(3, scale)) for scale in SCALES]
-    evidence = [
-        0.5 * (information.towards @ part.mean)
-        - 0.5 * np.linalg.slogdet(np.eye(3) + scale**2 * information.matrix)[1]
-        for scale, part in zip(SCALES, parts, strict=True)
-    ]
+    information = measured(rng, 0.2 * rng.normal(size=SIZE))
+    mean, covariance = enumerated(information, CAUSES[:1])
+    found = whole(information, CAUSES[:1])
+    np.testing.assert_allclose(found.mean, mean, atol=1e-9)
+    np.testing.assert_allclose(found.covariance, covariance, atol=1e-9)
+
+
+def test_several_causes_have_nearly_the_moments_of_all_their_scales():
+    """All 125 combinations, enumerated: what each cause changes is taken with the others fixed."""
+    rng, off, wide = np.random.default_rng(7), [], []
+    for _ in range(12):
+        truth = rng.normal(size=SIZE)
+        for numbers in CAUSES:
+            truth[numbers] *= rng.choice(SCALES)
+        information = measured(rng, truth)
+        mean, covariance = enumerated(information, CAUSES)
+        found = whole(information, CAUSES)
+        sigma = np.sqrt(np.diag(covariance))
+        off.append(np.abs(found.mean - mean) / sigma)
+        wide.append(np.sqrt(np.diag(found.covariance)) / sigma)
+    assert np.mean(off) < 0.1
+    assert np.max(off) < 1.0
+    assert np.mean(wide) == pytest.approx(1.0, abs=0.1)
+    assert 0.5 < np.min(wide) <= np.max(wide) < 1.6
+
+
+def enumerated(information, causes):
+    """Mean and covariance over all combinations of scales, equally likely before."""
+    means, covariances, evidence = [], [], []
+    for chosen in product(SCALES, repeat=len(causes)):
+        scales = np.ones(SIZE)
+        for numbers, scale in zip(causes, chosen, strict=True):
+            scales[numbers] = scale
+        part = posterior(information, scales)
+        inner = np.eye(SIZE) + scales[:, None] * information.matrix * scales
+        likely = information.towards @ part.mean - np.linalg.slogdet(inner)[1]
+        means.append(part.mean)
+        covariances.append(part.covariance)
+        evidence.append(0.5 * likely)
     weights = np.exp(evidence - np.max(evidence))
     weights /= weights.sum()
-    mean = sum(w * part.mean for w, part in zip(weights, parts, strict=True))
-    square = sum(
-        w * (part.covariance + np.outer(part.mean, part.mean))
-        for w, part in zip(weights, parts, strict=True)
-    )
-    found = whole(information, [np.arange(3)])
-    np.testing.assert_allclose(found.mean, mean, atol=1e-9)
-    np.testing.assert_allclose(found.covariance, square - np.outer(mean, mean), atol=1e-9)
+    mean = weights @ np.array(means)
+    away = np.array(means) - mean
+    covariance = np.tensordot(weights, covariances, 1) + (weights[:, None] * away).T @ away
+    return mean, covariance
 
 
 def test_absent_causes_make_the_others_better_known_and_sigma_says_so():

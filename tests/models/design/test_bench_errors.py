@@ -15,10 +15,8 @@ LABEL = np.array([0.2, 0.2, 0.003])
 
 
 @pytest.fixture(scope="module")
-def forward():
-    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
-    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
-    return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / NOISE)
+def forward(modal_bench):
+    return modal_bench(PLATE, NOISE)
 
 
 @pytest.fixture

@@ -14,10 +14,8 @@ NOISE = 2e-3  # of an amplitude, mm²
 
 
 @pytest.fixture(scope="module")
-def forward():
-    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
-    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
-    return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / NOISE)
+def forward(modal_bench):
+    return modal_bench(PLATE, NOISE)
 
 
 def frames(forward, **numbers):
@@ -53,6 +51,28 @@ def test_places_are_better_known_where_one_thing_is_wrong(forward, numbers):
         assert places < 0.5 * all_wrong
 
 
+def test_noise_scatters_by_half_more_than_stated_as_scales_are_inferred_anew(forward):
+    """docs/limits.md says so; the whole covariance holds it."""
+    prior, rng = models.bench_before(PLATE), np.random.default_rng(11)
+    estimator, scattered = models.Estimator(forward, bench=prior, max_touches=1), []
+    for _ in range(8):
+        touch, values = np.array([[62.0, 48.0, 2.0]]), np.zeros(len(NAMES))
+        plate = len(fe.BENCH_PARAMETERS)
+        values[:plate] = np.abs(rng.normal(0.0, 0.5 * prior.prior[:plate]))
+        shown, seen = forward.on(values, None).read(touch)[0], []
+        for _ in range(16):
+            noisy = shown + rng.standard_normal(len(shown))
+            found = estimator.fit_whitened(noisy, touch, count=1)
+            seen.append(estimator.by_relevance(found, noisy))
+        off = np.array([np.append(one.xy[0], one.force[0]) for one in seen])
+        noise = np.mean([one.covariance - one.systematic for one in seen], axis=0)
+        off -= off.mean(axis=0)
+        scattered.append(np.mean(np.einsum("ni,ni->n", off @ np.linalg.inv(noise), off)) / 3)
+        whole = np.mean([np.diag(one.covariance) for one in seen], axis=0)
+        assert (off.var(axis=0) < whole).all()
+    assert 1.0 < np.mean(scattered) < 3.0
+
+
 def test_the_fit_is_judged_by_the_whole_prior(forward):
     estimator = models.Estimator(forward, bench=models.bench_before(PLATE), max_touches=1)
     for touch, shown in frames(forward, sag=0.1):
@@ -61,6 +81,16 @@ def test_the_fit_is_judged_by_the_whole_prior(forward):
         assert (found.count, found.chi2, found.p_value) == (1, stated.chi2, stated.p_value)
         assert np.linalg.eigvalsh(found.systematic).min() > 0.0
         assert found.covariance[0, 0] < stated.covariance[0, 0]
+
+
+def test_a_force_with_an_interval_is_left_as_it_is(forward):
+    """χ² is no parabola there, as the step to another bench would have it."""
+    estimator = models.Estimator(forward, bench=models.bench_before(PLATE), max_touches=1)
+    touch = np.array([[12.0, 50.0, 2.0]])
+    shown = forward.read(touch)[0]
+    found = estimator.with_force_intervals(estimator.fit_whitened(shown, touch, count=1), shown)
+    assert found.force_intervals[0] is not None
+    assert estimator.by_relevance(found, shown) is found
 
 
 def test_a_bench_that_presses_have_shown_is_left_as_it_is(forward):

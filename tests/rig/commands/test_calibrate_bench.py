@@ -20,7 +20,7 @@ from rig.studies.real_bench.session import write_presses, write_scene, write_tou
 from rig.studies.real_bench.truth import Truth
 
 COMMAND = [sys.executable, "-c", "from rig.cli import main; main()", "calibrate", "bench"]
-TOUCHES = 25
+TOUCHES, ALONE = 67, 20  # of a run, and those before its touches have shown the bench
 
 
 @pytest.fixture(scope="module")
@@ -58,14 +58,12 @@ def test_touches_are_right_after_it_and_not_before(session, answer):
     assert answer["path"] == str(scene.with_name("scene.calibration.json"))
     before = score(scene, Calibration(), made)
     after = score(scene, calibration_beside(scene), made)
-    # 0.88 mm before, 0.25 mm after: places of the list err by 0.2 mm, and move the bench.
-    assert np.median(before.place) > 3 * np.median(after.place)
-    assert np.median(after.place) < 0.3
+    assert np.median(after.place) < 0.25 < 0.5 < np.median(before.place[:ALONE])
     assert np.quantile(after.place, 0.95) < 0.6
     assert np.median(np.abs(after.force)) < 0.015
-    # 75 numbers within 1 and 2 σ: 68 and 95 %, four of their standard deviations beside it.
-    assert 0.46 < np.mean(np.abs(after.within) < 1.0) < 0.9
-    assert np.mean(np.abs(after.within) < 2.0) > 0.85
+    # 201 numbers within 1 and 2 σ: 68 and 95 %, four of their standard deviations beside it.
+    assert 0.55 < np.mean(np.abs(after.within) < 1.0) < 0.81
+    assert np.mean(np.abs(after.within) < 2.0) > 0.88
     assert (before.false, after.false, after.missed, after.phantoms) == (0, 0, 0, 0)
 
 

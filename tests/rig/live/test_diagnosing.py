@@ -18,10 +18,8 @@ NOISE = 2e-3  # of an amplitude, mm²
 
 
 @pytest.fixture(scope="module")
-def forward():
-    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
-    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
-    return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / NOISE)
+def forward(modal_bench):
+    return modal_bench(PLATE, NOISE)
 
 
 @pytest.fixture
