@@ -14,9 +14,9 @@ from dic.correlation.reference import Reference
 from dic.fields.displacement import Status
 from dic.numbers import median
 
-_SUSPECT = 3.5  # σ above the usual noise from which a subset is looked at
-_JUMP = 0.2  # px, between the two motions
-_PLAIN = 40.0  # χ² of a jump that no noise makes
+SUSPECT = 3.5  # σ above the usual noise from which a subset is looked at
+JUMP = 0.2  # px, between the two motions
+PLAIN = 40.0  # χ² of a jump that no noise makes
 _TOUCHED = 1.0  # of half a subset, from its middle: a break farther out does no harm
 _LINKED = 8.0  # of half a subset: between two lines so far apart the material is broken too
 _FAR = 0.1  # px beside a line by which a px along it is less sure: eight directions are tried
@@ -49,11 +49,11 @@ _NO_LINES = Lines(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, dtype=np.int64
 
 def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, status: I8) -> Lines:
     """Find the lines of breaks that cross the middle of a subset for certain."""
-    loud = np.flatnonzero(_louder(ref, noise, status, _SUSPECT))
+    loud = np.flatnonzero(_louder(ref, noise, status, SUSPECT))
     if not len(loud):
         return _NO_LINES
     level = noise / median(noise[status == Status.OK])
-    first = _sparse(ref, loud)
+    first = loud[sparse(ref)[loud]]
     clear, found = _clear(ref, points, frame, level, first)
     if not len(clear):
         return _NO_LINES
@@ -64,24 +64,24 @@ def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, stat
     place = ref.xy[clear] + found[:, 6:] * normal
     beside = _beside(ref, points.motion, status, place, normal)
     alike = np.linalg.norm(beside - jump, axis=1) < _ALIKE * np.linalg.norm(jump, axis=1)
-    strong = found[:, 0] > np.maximum(_PLAIN, _LARGE * ref.light[clear, 2])
+    strong = found[:, 0] > np.maximum(PLAIN, _LARGE * ref.light[clear, 2])
     alike &= np.linalg.norm(beside, axis=1) > _USUAL * _usual(ref, points.motion, status)
     alone = np.isnan(beside[:, 0])
     agreed: Mask = (alone & strong) | (~alone & alike)
     return Lines(normal[agreed], place[agreed], clear[agreed])
 
 
-def _sparse(ref: Reference, loud: I64) -> I64:
-    """Take so many of the points `loud` of a grid that a line crosses the middle of one in any row.
+def sparse(ref: Reference) -> Mask:
+    """Take so many points of a grid that a line crosses the middle of one in any row, (N,) bool.
 
     A field that bends is louder everywhere, a break along a line: where these show none, there is
     none.
     """
     if ref.grid is None:
-        return loud
+        return np.ones(len(ref.xy), dtype=bool)
     apart = max(int(2 * REACH * ref.half / ref.grid.step), 1)
-    row, column = np.divmod(loud, ref.grid.shape[1])
-    return loud[(row % apart == 0) & (column % apart == 0)]
+    row, column = np.divmod(np.arange(len(ref.xy)), ref.grid.shape[1])
+    return (row % apart == 0) & (column % apart == 0)
 
 
 def _around(ref: Reference, clear: I64, loud: I64) -> I64:
@@ -94,10 +94,10 @@ def _clear(
     ref: Reference, points: Points, frame: DeformedImage, level: F64, here: I64
 ) -> tuple[I64, F64]:
     """Find which of the points `here` show a jump and no curve, and the jumps, as from `jumps`."""
-    found = jumps(ref, points, frame, here, _JUMP)
+    found = jumps(ref, points, frame, here, JUMP)
     of_jump, of_curve = found[:, :2].T
     # What a gap leaves over is no noise: the jump is seen beside that of the other subsets.
-    kept = (of_jump * np.maximum(level[here], 1) ** 2 > _PLAIN) & (of_jump > of_curve)
+    kept = (of_jump * np.maximum(level[here], 1) ** 2 > PLAIN) & (of_jump > of_curve)
     return here[kept], found[kept]
 
 

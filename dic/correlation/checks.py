@@ -30,7 +30,7 @@ def check_options(
 
 def check_served(device: str, grid: Grid | None) -> None:
     """Refuse a device that is not there, or for scattered points."""
-    from dic.correlation.device_moments import check_device
+    from dic.correlation.device_reference import check_device
 
     check_type(device, str, "device", "its name, such as 'cuda'")
     if grid is None:

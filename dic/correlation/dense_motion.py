@@ -33,20 +33,25 @@ class MotionGrid:
     step: int
 
     def weights(self) -> F64:
-        """Weigh the four nodes around each pixel of a cell, (step, 4).
+        """Weigh the four nodes around each pixel of a cell, (step, 4)."""
+        return catmull_rom(self.step)
 
-        The weights are those of Catmull and Rom: cubic, local, exact for parabolas.
-        """
-        t = np.arange(self.step) / self.step
-        return np.stack(
-            [
-                t * (-1 + t * (2 - t)) / 2,
-                1 + t * t * (-5 + 3 * t) / 2,
-                t * (1 + t * (4 - 3 * t)) / 2,
-                t * t * (t - 1) / 2,
-            ],
-            axis=1,
-        )
+
+def catmull_rom(step: int) -> F64:
+    """Weigh four nodes at each pixel between the middle two, (step, 4).
+
+    The weights are those of Catmull and Rom: cubic, local, exact for parabolas.
+    """
+    t = np.arange(step) / step
+    return np.stack(
+        [
+            t * (-1 + t * (2 - t)) / 2,
+            1 + t * t * (-5 + 3 * t) / 2,
+            t * (1 + t * (4 - 3 * t)) / 2,
+            t * t * (t - 1) / 2,
+        ],
+        axis=1,
+    )
 
 
 def motion_grid(motion: F64, grid: Grid) -> MotionGrid:

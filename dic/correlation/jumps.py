@@ -28,7 +28,7 @@ _PLACES = tuple(REACH * k / 4 for k in range(-4, 5))
 _NORMALS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(8))
 _DIRECTIONS, _LINES = len(_NORMALS), len(_PLACES)
 _TOGETHER = 64  # points whose textures lie side by side: more would not stay in the cache
-_SIDE = 0.1  # fraction of Σ∇f² that must lie on each side of a break
+SIDE = 0.1  # fraction of Σ∇f² that must lie on each side of a break
 
 
 def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, smallest: float) -> F64:
@@ -50,7 +50,7 @@ def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, small
         the curve also where the jump is smaller than `smallest`.
     """
     out = np.full((len(here), 7), np.nan)
-    shapes = _beyond(ref.half), _curved(ref.half, ref.order + 1)
+    shapes = sides(ref.half), _curved(ref.half, ref.order + 1)
     scratch = _SCRATCH(ref.half, ref.order)
     for first in range(0, len(here), _TOGETHER):
         some = here[first : first + _TOGETHER]
@@ -77,7 +77,7 @@ _SCRATCH = PerThread(_make_scratch)
 
 
 @cache
-def _beyond(half: int) -> I64:
+def sides(half: int) -> I64:
     """Columns of each row that lie beyond each line, (directions, lines, rows, first and end)."""
     y, x = np.mgrid[-half : half + 1, -half : half + 1] / half
     ranges = np.zeros((_DIRECTIONS, _LINES, 2 * half + 1, 2), dtype=np.int64)
@@ -190,7 +190,7 @@ def _add_pixel(
 def _jump(s: F64, whole: F64, inverse: F64) -> tuple[float, float, float]:
     """χ² (grey levels²) and size (u, v), px, of a jump of what lies beyond a line, from sums."""
     size, all_of_it = inverse.shape[0], whole[2] + whole[4]
-    if min(s[2] + s[4], all_of_it - s[2] - s[4]) < _SIDE * all_of_it:
+    if min(s[2] + s[4], all_of_it - s[2] - s[4]) < SIDE * all_of_it:
         return 0.0, 0.0, 0.0
     xx, xy, yy = s[2], s[3], s[4]
     for i in range(size):

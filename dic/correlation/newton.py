@@ -35,7 +35,7 @@ Blocks: TypeAlias = tuple[Mask, F64, int]  # points looked at, `Points.blocks`, 
 State: TypeAlias = tuple[F64, F64, F64, F64, NDArray[np.int16], Mask]  # arrays of `Points`
 
 STILL = 1e-3  # px, a fifth of the usual noise: what is left then is less than a tenth of it
-_STRIDE = 2.0  # px, longest step believed: half a speckle
+STRIDE = 2.0  # px, longest step believed: half a speckle
 _ITERATIONS = 20  # of a point alone
 _TRIAL = 6  # iterations after each of which a point must look more alike, or it is lost
 _SAMPLES = 48  # points whose residual is looked at
@@ -100,7 +100,7 @@ def sampled(ref: Reference, among: Mask, count: int) -> I64:
     whole = np.flatnonzero(among & (ref.light[:, 2] == ref.subset**2))
     if len(whole) <= count:
         return whole
-    return whole[np.linspace(0, len(whole) - 1, count).astype(int)]
+    return whole[np.arange(count) * (len(whole) - 1) // (count - 1)]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -230,7 +230,7 @@ def _move(n: int, step: F64, aside: F64, known: Known, state: State) -> None:
     half, c, change, still = known[2], state[0][n], state[1], state[5]
     p = c.shape[1]
     reach = np.sqrt((step[0] + aside[0]) ** 2 + (step[p] + aside[p]) ** 2)
-    brake = _STRIDE / reach if reach > _STRIDE else 1.0
+    brake = STRIDE / reach if reach > STRIDE else 1.0
     f11, f12, f21, f22 = 1 + c[0, 1], c[0, 2], c[1, 1], 1 + c[1, 2]
     moved, size = 0.0, 1.0
     for k in range(p):

@@ -21,24 +21,24 @@ from dic.numbers import check_type, median, read_real
 
 Clipped: TypeAlias = list[tuple[F64, Status]]  # fraction of each subset, DARK or SATURATED
 
-_FOUND = 0.8  # ZNCC below which it is not the same pattern
-_STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
-_DISTURBED = 4.0  # times the noise of the field: photographs without a hand reach 3.2
-_WHOLE = 0.99  # ZNCC from which no subset is disturbed, however little noise the others have
-_CLEAR = 0.995  # ZNCC from which no subset is searched for pixels that clip
-_CLIPPED = 0.1  # fraction of a subset that may clip in the frame and not in the reference
-_ONE_SIDED = 0.04  # fraction that doubles σ
-_BEYOND = 0.25  # px beyond the last pixels to which the spline is believed: 2 mpx of error
+FOUND = 0.8  # ZNCC below which it is not the same pattern
+STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
+DISTURBED = 4.0  # times the noise of the field: photographs without a hand reach 3.2
+WHOLE = 0.99  # ZNCC from which no subset is disturbed, however little noise the others have
+CLEAR = 0.995  # ZNCC from which no subset is searched for pixels that clip
+CLIPPED = 0.1  # fraction of a subset that may clip in the frame and not in the reference
+ONE_SIDED = 0.04  # fraction that doubles σ
+BEYOND = 0.25  # px beyond the last pixels to which the spline is believed: 2 mpx of error
 # The residual is a difference of sums in single precision: below this part of the contrast it is
 # their rounding, of either sign, and no σ of 0 follows from it.
 _ROUNDING = 2 * float(np.finfo(np.float32).eps)
 _MAX_NOISE = 0.5  # fraction of Σ∇f∇fᵀ that may be noise in a small subset
-_FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
+FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
 
 
 def is_correlated(ref: Reference, points: Points) -> Mask:
     """Find where the pattern was found again, wholly on the image, (N,) bool."""
-    known = (ref.status == Status.OK) & (points.zncc >= _FOUND)
+    known = (ref.status == Status.OK) & (points.zncc >= FOUND)
     return known & ~leaves_image(ref, points.motion)
 
 
@@ -49,7 +49,7 @@ def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> 
 
 def noise_of(ref: Reference, points: Points) -> F64:
     """Noise of one image that each subset leaves over, (N,), grey levels."""
-    residual = np.maximum(points.residual * _freedom(ref), _ROUNDING * _contrast(ref))
+    residual = np.maximum(points.residual * freedom(ref), rounding(ref))
     return np.sqrt(residual / _noise_gain(ref, points.motion))
 
 
@@ -59,7 +59,7 @@ def median_noise(ref: Reference, points: Points) -> float:
     return median(noise_of(ref, points)[measured]) if measured.any() else float("nan")
 
 
-def _images(ref: Reference) -> float:
+def images(ref: Reference) -> float:
     """Noise of a frame and of the reference together, over that of a frame: 2 for one still."""
     return 1.0 + 1.0 / ref.stills
 
@@ -75,16 +75,12 @@ def field_and_breaks(
     status[breaks.across(ref, broken, noise, status)] = Status.BROKEN
     lost = status != Status.OK
     correlated = ref.noise_gain * residuals.excess(ref, points, frame, ~lost)
-    count = points.motion.shape[2]
-    variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, : 2 * count].reshape(-1, 2, count)
-    # Rounding turns the inverse of next to nothing negative: such a point knows nothing.
-    variance = np.where(variance > 0, variance, np.inf)
     fraction = _noise_fraction(ref, noise)
     scale = noise / np.sqrt(1 - fraction) * _widening(ref, fraction)
     for part, _ in clipped:
         # What clips is off by more than noise, and all to one side.
-        scale *= 1 + part / _ONE_SIDED
-    spread = scale[:, None, None] * np.sqrt(variance * correlated[:, :, None] * _images(ref))
+        scale *= 1 + part / ONE_SIDED
+    spread = scale[:, None, None] * np.sqrt(variance(ref) * correlated[:, :, None] * images(ref))
     spread *= ref.scatter[:, None]
     motion = points.motion.copy()
     # The bias of interpolation is a sine over the fraction of a px.
@@ -152,20 +148,27 @@ def expected_sigma(ref: Reference, noise: float | None = None) -> F64:
     count = (ref.inverse.shape[1] - 2) // 2
     variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, [0, count]]
     scale = level / np.sqrt(1 - fraction) * _widening(ref, fraction)
-    spread = scale[:, None] * np.sqrt(_images(ref) * variance * ref.noise_gain) * ref.scatter
+    spread = scale[:, None] * np.sqrt(images(ref) * variance * ref.noise_gain) * ref.scatter
     spread = np.hypot(spread, ref.prefilter.bias)  # rms of its sine over the fraction of a px
     measured = (ref.status == Status.OK) & ~_is_flat(ref, float(level.max(initial=0.0)))
     return np.where(measured[:, None], spread, np.nan)
 
 
-def _contrast(ref: Reference) -> F64:
-    """Mean square of a subset less its mean, (N,), grey levels²."""
+def variance(ref: Reference) -> F64:
+    """Diagonal of the inverse of each subset for its motion, (N, 2, P)."""
+    every = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, :-2].reshape(len(ref.inverse), 2, -1)
+    # Rounding turns the inverse of next to nothing negative: such a point knows nothing.
+    return np.where(every > 0, every, np.inf)
+
+
+def rounding(ref: Reference) -> F64:
+    """Variance that single precision leaves over, (N,), grey levels²."""
     squares, total, pixels = ref.light.T
     pixels = np.maximum(pixels, 1)
-    return np.maximum(squares / pixels - np.square(total / pixels), 0)
+    return _ROUNDING * np.maximum(squares / pixels - np.square(total / pixels), 0)
 
 
-def _freedom(ref: Reference) -> F64:
+def freedom(ref: Reference) -> F64:
     """Correct the residual for what a fit takes of correlated noise, (N,): more than of white."""
     taken = ref.inverse.shape[1]
     pixels = np.maximum(ref.light[:, 2], 1)
@@ -201,16 +204,16 @@ def _sinc(x: float) -> float:
 def _noise_fraction(ref: Reference, noise: AnyArray) -> F64:
     """Fraction of Σ∇f∇fᵀ that is noise of the reference, (N,): it follows no motion."""
     power = noise_slope(ref.prefilter.sigma) * np.square(noise) / ref.stills
-    return np.minimum(power / np.maximum(np.square(ref.slope), 1e-30), _max_noise(ref))
+    return np.minimum(power / np.maximum(np.square(ref.slope), 1e-30), max_noise(ref))
 
 
-def _max_noise(ref: Reference) -> F64:
+def max_noise(ref: Reference) -> F64:
     """Fraction of Σ∇f∇fᵀ that may be noise, (N,): the larger a subset, the better it is known.
 
     What is left over of n pixels when it is taken off is known to 2/√n.
     """
     pixels = np.maximum(ref.light[:, 2], 1)
-    return np.maximum(_MAX_NOISE, 1 - _FAR * 2 / np.sqrt(pixels))
+    return np.maximum(_MAX_NOISE, 1 - FAR * 2 / np.sqrt(pixels))
 
 
 def _widening(ref: Reference, fraction: AnyArray) -> F64:
@@ -222,30 +225,30 @@ def _widening(ref: Reference, fraction: AnyArray) -> F64:
     26.7.5).
     """
     fewer = 4 * fraction / (1 - fraction) / np.maximum(ref.light[:, 2], 1)  # 1/ν
-    return 1 + (_FAR**2 + 1) / 4 * fewer
+    return 1 + (FAR**2 + 1) / 4 * fewer
 
 
 def _clipped(ref: Reference, points: Points, image: AnyArray) -> Clipped:
     """Fraction of each subset that clips in the frame and did not before, at black and at white."""
     moved = ref.xy + points.motion[:, :, 0]
-    measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
-    moved[~(measured & (points.zncc < _CLEAR))] = np.nan  # pixels that clip would show
+    measured = (ref.status == Status.OK) & (points.zncc >= FOUND)
+    moved[~(measured & (points.zncc < CLEAR))] = np.nan  # pixels that clip would show
     return clipping.gained(ref.image, image, ref.xy, moved, ref.half)
 
 
 def _status(ref: Reference, points: Points, noise: F64, clipped: Clipped) -> I8:
     """Name what became of each point; what is named first stands."""
-    measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
+    measured = (ref.status == Status.OK) & (points.zncc >= FOUND)
     level = median(noise[measured]) if measured.any() else 0.0
     status = ref.status.copy()
     for condition, name in (
         (points.repeats, Status.AMBIGUOUS),
         (_is_flat(ref, level), Status.FLAT),
         (leaves_image(ref, points.motion), Status.OUTSIDE),
-        (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
-        (~(points.still | (points.change <= _STOPPED)), Status.NOT_CONVERGED),
-        *((part > _CLIPPED, name) for part, name in clipped),
-        ((noise > _DISTURBED * level) & (points.zncc < _WHOLE), Status.DISTURBED),
+        (~(points.zncc >= FOUND), Status.LOW_CORRELATION),
+        (~(points.still | (points.change <= STOPPED)), Status.NOT_CONVERGED),
+        *((part > CLIPPED, name) for part, name in clipped),
+        ((noise > DISTURBED * level) & (points.zncc < WHOLE), Status.DISTURBED),
     ):
         status[(status == Status.OK) & condition] = name
     return status
@@ -254,13 +257,13 @@ def _status(ref: Reference, points: Points, noise: F64, clipped: Clipped) -> I8:
 def is_flat(ref: Reference, points: Points) -> Mask:
     """Find where too much of the slope is noise, as far as is known yet, (N,) bool."""
     noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(ref, points.motion))
-    measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
+    measured = (ref.status == Status.OK) & (points.zncc >= FOUND)
     return _is_flat(ref, median(noise[measured]) if measured.any() else 0.0)
 
 
 def _is_flat(ref: Reference, level: float) -> Mask:
     level /= math.sqrt(ref.stills)
-    return ref.slope < np.sqrt(noise_slope(ref.prefilter.sigma) / _max_noise(ref)) * level
+    return ref.slope < np.sqrt(noise_slope(ref.prefilter.sigma) / max_noise(ref)) * level
 
 
 def leaves_image(ref: Reference, motion: AnyArray) -> Mask:
@@ -282,5 +285,5 @@ def _leave(xy: F64, motion: F64, half: int, shape: tuple[int, ...], out: Mask) -
                 low = slope * max(-half, -centre)
                 high = slope * min(half, shape[1 - b] - 1 - centre)
                 first, last = first + min(low, high), last + max(low, high)
-            inside = first >= -_BEYOND and last <= shape[1 - a] - 1 + _BEYOND
+            inside = first >= -BEYOND and last <= shape[1 - a] - 1 + BEYOND
             out[n] = out[n] or not inside

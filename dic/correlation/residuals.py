@@ -20,9 +20,9 @@ from dic.correlation.newton import NOWHERE, Image, Known, Points, bench_tools, n
 from dic.correlation.reference import Reference
 from dic.correlation.subset import LOST, Tools, correlate_with, gather, lay_out, subtract_fit, warp
 
-_SAMPLES = 144  # subsets that are warped anew
-_FEWEST = 12  # subsets from which a mean is taken
-_KNOWN = 0.3  # fraction of block sums that the fit must leave, or they say too little
+SAMPLES = 144  # subsets that are warped anew
+FEWEST = 12  # subsets from which a mean is taken
+KNOWN = 0.3  # fraction of block sums that the fit must leave, or they say too little
 
 
 def excess(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray) -> F64:
@@ -34,12 +34,12 @@ def excess(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray
         Points that were measured.
     """
     expected = ref.block_gain
-    if expected.min() < _KNOWN:
+    if expected.min() < KNOWN:
         return np.ones(2)
     found = _known(points.blocks[valid])
-    if len(found) < _FEWEST:  # of a grid none, and of scattered points where most are lost
+    if len(found) < FEWEST:  # of a grid none, and of scattered points where most are lost
         found = _known(_looked_at(ref, points, frame, valid))
-    if len(found) < _FEWEST:
+    if len(found) < FEWEST:
         return np.ones(2)
     return np.maximum(found.mean(axis=0) / expected, 1.0)
 
@@ -50,7 +50,7 @@ def _known(ratios: F64) -> F64:
 
 def _looked_at(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray) -> F64:
     """Sum over blocks of some subsets that are warped anew, (M, 2), as `Points.blocks`."""
-    here = sampled(ref, valid, _SAMPLES)
+    here = sampled(ref, valid, SAMPLES)
     ratios = np.full((len(here), 2), np.nan)
     _sum_blocks(
         textures_of(ref, here), (frame.pixels, frame.filtered), here, (ref.xy, points.motion),

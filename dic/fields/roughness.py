@@ -12,11 +12,11 @@ from dic.fields.grid import Grid
 
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # zero for every cubic
 _STRIDE = 2  # steps
-_MEDIAN = 0.4549  # of χ² with one degree of freedom
+MEDIAN = 0.4549  # of χ² with one degree of freedom
 _SPAN = 1.5  # subsets, over which a bend is looked at
-_FEWEST = 100  # differences from which a median is taken
-_EXACT = 1e-6  # px, images that are drawn have no noise
-_USUAL = 1.15  # what a pattern that is not the same everywhere makes of it, with noise alone
+FEWEST = 100  # differences from which a median is taken
+EXACT = 1e-6  # px, images that are drawn have no noise
+USUAL = 1.15  # what a pattern that is not the same everywhere makes of it, with noise alone
 
 
 @cache
@@ -31,6 +31,21 @@ def overlap(order: int, subset: int, step: int, count: int) -> F64:
         for j, dx in enumerate(range(0, min(count * step, subset), step)):
             shared[i, j] = np.sum(weights[dy:, dx:] * weights[: subset - dy, : subset - dx])
     return shared / shared[0, 0]
+
+
+@cache
+def differences(order: int, subset: int, step: int) -> tuple[list[int], list[float], float]:
+    """Places (steps) and weights of a fourth difference, and its variance where σ is 1."""
+    place = _STRIDE * np.arange(len(_DIFFERENCE))
+    apart = overlap(order, subset, step, int(place[-1]) + 1)[0]
+    shared = apart[np.abs(place[:, None] - place)]
+    return place.tolist(), _DIFFERENCE.tolist(), float(_DIFFERENCE @ shared @ _DIFFERENCE)
+
+
+def bending(grid: Grid) -> tuple[int, float]:
+    """Return the steps of second differences, and what turns them into a flattening."""
+    reach = max(round(_SPAN * grid.subset / grid.step), 1)
+    return reach, (grid.subset**2 - 1) / 24 / (reach * grid.step) ** 2
 
 
 def excess(u: AnyArray, sigma: AnyArray, grid: Grid, order: int) -> float:
@@ -50,27 +65,24 @@ def excess(u: AnyArray, sigma: AnyArray, grid: Grid, order: int) -> float:
         1 where too few points stand together.
     """
     rows = np.reshape(u, (-1, *grid.shape))
-    variance = np.reshape(np.maximum(np.square(sigma), _EXACT**2), (-1, *grid.shape))
-    reach = _STRIDE * (len(_DIFFERENCE) - 1)
-    apart = overlap(order, grid.subset, grid.step, reach + 1)[0]
-    place = _STRIDE * np.arange(len(_DIFFERENCE))
-    shared = apart[np.abs(place[:, None] - place)]
-    expected = _DIFFERENCE @ shared @ _DIFFERENCE
+    variance = np.reshape(np.maximum(np.square(sigma), EXACT**2), (-1, *grid.shape))
+    place, weights, expected = differences(order, grid.subset, grid.step)
+    reach = place[-1]
     ratios: list[F64] = []
     for axis in (1, 2):
         count = rows.shape[axis] - reach
         if count < 1:
             continue
         along, power = np.moveaxis(rows, axis, 0), np.moveaxis(variance, axis, 0)
-        parts = (w * along[p : p + count] for w, p in zip(_DIFFERENCE, place, strict=True))
+        parts = (w * along[p : p + count] for w, p in zip(weights, place, strict=True))
         difference = sum(parts, np.zeros(()))
         middle = power[reach // 2 : reach // 2 + count]
         ratios.append((np.square(difference) / (expected * middle)).ravel())
     every = np.concatenate(ratios) if ratios else np.zeros(0)
     every = every[np.isfinite(every)]
-    if len(every) < _FEWEST:
+    if len(every) < FEWEST:
         return 1.0
-    return max(float(np.sqrt(np.median(every) / _MEDIAN)) / _USUAL, 1.0)
+    return max(float(np.sqrt(np.median(every) / MEDIAN)) / USUAL, 1.0)
 
 
 def flattening(u: AnyArray, grid: Grid, order: int) -> F64:
@@ -81,7 +93,7 @@ def flattening(u: AnyArray, grid: Grid, order: int) -> F64:
     """
     if order > 1:
         return np.zeros_like(u)
-    reach = max(round(_SPAN * grid.subset / grid.step), 1)
+    reach, scale = bending(grid)
     rows = np.reshape(u, (-1, *grid.shape))
     bend = np.zeros_like(rows)
     for axis in (1, 2):
@@ -91,5 +103,4 @@ def flattening(u: AnyArray, grid: Grid, order: int) -> F64:
         at = np.clip(np.arange(count), reach, count - 1 - reach)
         low, middle, high = (np.take(rows, at + d, axis) for d in (-reach, 0, reach))
         bend += np.nan_to_num(low - 2 * middle + high)
-    scale = (grid.subset**2 - 1) / 24 / (reach * grid.step) ** 2
     return np.reshape(scale * bend, u.shape)
