@@ -50,7 +50,7 @@ class TouchNetRecipe:
         Benches that are drawn, beside the one described.
     """
 
-    steps: int = 20000
+    steps: int = 60000
     head_steps: int = 5000
     seed: int = 17
     batch: int = 512

@@ -14,7 +14,7 @@ class TouchNetSection(Section):
     `estimator.start` takes it.
     """
 
-    steps: Count = Field(20000, ge=1, description="steps of the net that proposes touches")
+    steps: Count = Field(60000, ge=1, description="steps of the net that proposes touches")
     head_steps: Count = Field(
         5000, ge=1, description="steps of the net that looks at how proposals fit, after those"
     )
