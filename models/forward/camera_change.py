@@ -108,35 +108,43 @@ class CameraChange:
         camera, height = self.camera, self.height * exp(thicker)
         if isinstance(camera, synthetic.Camera):
             camera = varied(camera, self._middle, values)
-        matrix, uneven = self._seen(camera, height), self._uneven(values, height)
+        uneven = self._uneven(values, height)
+        matrix = self._seen(camera, height, uneven)
         if near is not None:
             return near._replace(matrix=matrix, uneven=uneven)
-        by_thickness = (self._seen(camera, height * exp(_THICKER)) - matrix) / _THICKER
-        derivatives = self._derivatives(values, height, matrix)
+        swollen = self._seen(camera, height * exp(_THICKER), uneven)
+        by_thickness = (swollen - matrix) / _THICKER
+        derivatives = self._derivatives(values, height, matrix, uneven)
         return Seen(matrix, derivatives, by_thickness, uneven)
 
-    def _derivatives(self, values: F64, height: float, matrix: F64) -> F64:
+    def _derivatives(self, values: F64, height: float, matrix: F64, uneven: F64) -> F64:
         """Differentiate the amplitudes by each number of a pinhole, (9, K, A)."""
         derivatives = np.zeros((len(_STEPS), *matrix.shape))
         if isinstance(self.camera, synthetic.Camera):
             for k, step in enumerate(np.diag(_STEPS)):
                 beside = varied(self.camera, self._middle, values + step)
-                derivatives[k] = (self._seen(beside, height) - matrix) / _STEPS[k]
+                derivatives[k] = (self._seen(beside, height, uneven) - matrix) / _STEPS[k]
         return derivatives
 
     def _uneven(self, values: F64, height: float) -> F64:
         """Amplitudes (K, R) that motions of a camera leave whose numbers are `values` (9,)."""
         moves = moving(values, self._middle, height)
         seen = moves(self.camera, self.pattern.motions.tiles.xy)
-        return self._resolving @ seen.reshape(-1, seen.shape[2])
+        return self._resolving[: self.pattern.count] @ seen.reshape(-1, seen.shape[2])
 
-    def _seen(self, camera: synthetic.AnyCamera, height: float) -> F64:
-        """Amplitudes (K, A) that a camera sees."""
-        return self._resolving @ self._motion(camera, height, at_middles) + self._over_tiles
+    def _seen(self, camera: synthetic.AnyCamera, height: float, uneven: F64) -> F64:
+        """Amplitudes (K, A) that a camera sees.
+
+        Through a camera at a slant some of the plate's motion looks like one of the camera. What
+        that leaves is taken off an image, so it is taken off here.
+        """
+        every = self._resolving @ self._motion(camera, height, at_middles) + self._over_tiles
+        count = self.pattern.count
+        return every[:count] - uneven @ every[count:]
 
     @cached_property
     def _over_tiles(self) -> F64:
-        """What means over tiles add to their middles, through the camera described, (K, A)."""
+        """What means over tiles add to their middles, through the camera described, (K + R, A)."""
         mean, middle = (
             self._motion(self.camera, self.height, take) for take in (tile_mean, at_middles)
         )
@@ -144,10 +152,11 @@ class CameraChange:
 
     @cached_property
     def _resolving(self) -> F64:
-        """Amplitudes by motion that is not yet smooth, (K, 2T)."""
+        """Amplitudes and rigid motions by motion that is not yet smooth, (K + R, 2T)."""
         pattern = self.pattern
-        tiles = pattern.resolving.T.reshape(len(pattern.reference.hessian), -1)
-        return pattern.motions.spread.smooth_adjoint(tiles).reshape(-1, pattern.count).T
+        rows = np.concatenate([pattern.resolving, pattern.resolving_camera])
+        tiles = rows.T.reshape(len(pattern.reference.hessian), -1)
+        return pattern.motions.spread.smooth_adjoint(tiles).reshape(-1, len(rows)).T
 
     def _motion(
         self, camera: synthetic.AnyCamera, height: float, take: Callable[[Tiles, Field], F64]

@@ -176,12 +176,21 @@ class TilePattern:
         By x then y of each. A tile counts by what it tells; what resembles the camera or the light
         stands aside.
         """
+        modal = self._eliminated(self._by_tiles)
+        return np.asarray(cho_solve((self.factor, True), modal), dtype=np.float64)
+
+    @cached_property
+    def resolving_camera(self) -> F64:
+        """Rigid motions that an image takes a motion of each tile for, (R, 2T), as `motion`."""
+        return self.motion(self._by_tiles)[self.count :]
+
+    @property
+    def _by_tiles(self) -> F64:
+        """Right-hand side by a motion of each tile, (K + R + 2, 2T)."""
         basis, hessian = self.motions.tile_basis(), self.reference.hessian[:, [[0, 1], [1, 2]]]
         weighed = (hessian @ basis).reshape(-1, basis.shape[2])
         light = -self.reference.light[:, [[0, 2], [1, 3]]].reshape(-1, LIGHT)
-        right = np.concatenate([weighed, light], axis=1).T
-        modal = self._eliminated(right)
-        return np.asarray(cho_solve((self.factor, True), modal), dtype=np.float64)
+        return np.concatenate([weighed, light], axis=1).T
 
     @cached_property
     def rolled(self) -> F64:

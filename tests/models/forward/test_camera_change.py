@@ -8,6 +8,7 @@ import fe
 import models
 import synthetic
 from dic import lay_tiles
+from models.forward.image_motion import plate_motions, tile_mean
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 HEIGHT = 0.5  # mm
@@ -55,10 +56,24 @@ def image_motion(look, amplitudes, camera, height):
     return on, camera.project(after) - camera.project(rest)
 
 
+def tile_motion(look, amplitudes, values):
+    """Mean motion of all tiles by the plate, through a camera with these numbers, (2T,) px."""
+    camera, tiles = models.varied(CAMERA, (75.0, 55.0, 0.0), values), look.pattern.motions.tiles
+    by_field = plate_motions(look.fields, camera, HEIGHT, tiles, look.fields, tile_mean)
+    return by_field.reshape(-1, len(amplitudes)) @ amplitudes
+
+
+def resolved(look, rows, motion):
+    """Return what an image takes a motion of its tiles for."""
+    tiles = rows.T.reshape(len(motion) // 2, -1)
+    smooth = look.pattern.motions.spread.smooth_adjoint(tiles)
+    return smooth.reshape(len(motion), -1).T @ motion
+
+
 @pytest.mark.parametrize("thicker", [0.0, 0.05])
 def test_it_is_what_projection_of_the_moved_plate_gives(look, pressed, thicker):
     small = 1e-3 * pressed  # so that the motion is linear
-    camera = models.forward.camera_change.varied(CAMERA, (75.0, 55.0, 0.0), MOVED)
+    camera = models.varied(CAMERA, (75.0, 55.0, 0.0), MOVED)
     on, true = image_motion(look, small, camera, HEIGHT * np.exp(thicker))
     found, basis = look.at(MOVED, thicker).matrix @ small, look.pattern.motions.tile_basis()
     rigid = basis[on][:, :, len(found) :].reshape(-1, basis.shape[2] - len(found))
@@ -73,7 +88,12 @@ def test_it_is_what_projection_of_the_moved_plate_gives(look, pressed, thicker):
 def test_derivatives_by_the_camera(look, seen, pressed, k):
     change = np.zeros(len(MOVED))
     change[k] = STEPS[k]
-    ahead, behind = (look.at(MOVED + sign * change).matrix @ pressed for sign in (1.0, -1.0))
+    # What a camera leaves is taken off the image alike, so it is no part of the derivative.
+    like_camera = resolved(look, look.pattern.resolving_camera, tile_motion(look, pressed, MOVED))
+    ahead, behind = (
+        there.matrix @ pressed + there.uneven @ like_camera
+        for there in (look.at(MOVED + sign * change) for sign in (1.0, -1.0))
+    )
     numeric = (ahead - behind) / (2.0 * STEPS[k])
     exact = seen.derivatives[k] @ pressed
     # As the camera turns, tiles beside the plate come near enough to count, one after the other.
@@ -118,16 +138,20 @@ def test_what_is_left_of_a_camera_at_a_slant_that_moves_is_predicted(look, seen)
     moved = (models.varied(CAMERA, middle, MOVED + drift).project(points) - px).ravel()
     basis = models.with_tilts(CAMERA, px).reshape(len(moved), -1)
     by_camera = np.linalg.lstsq(basis, moved, rcond=None)[0]
-
-    def left(motion):
-        """Amplitudes of the plate for which the motion of the tiles is taken."""
-        spread = look.pattern.motions.spread
-        tiles = look.pattern.resolving.T.reshape(len(px), -1)
-        return spread.smooth_adjoint(tiles).reshape(len(motion), -1).T @ motion
-
-    taken = left(moved)
+    taken = resolved(look, look.pattern.resolving, moved)
     assert np.linalg.norm(taken - seen.uneven @ by_camera) < 0.15 * np.linalg.norm(taken)
-    assert np.linalg.norm(left(basis @ by_camera)) < 0.1 * np.linalg.norm(taken)
+    even = resolved(look, look.pattern.resolving, basis @ by_camera)
+    assert np.linalg.norm(even) < 0.1 * np.linalg.norm(taken)
+
+
+def test_motion_of_the_plate_that_looks_like_a_camera_is_taken_off_both(look, seen, pressed):
+    """Off an image as what a camera left that moved, and off what is predicted of the plate."""
+    small = 1e-3 * pressed
+    motion = tile_motion(look, small, MOVED)
+    taken_off = seen.uneven @ resolved(look, look.pattern.resolving_camera, motion)
+    left = resolved(look, look.pattern.resolving, motion) - taken_off - seen.matrix @ small
+    # What is left beside it is how a tile's mean differs from its middle through this camera.
+    assert abs(left @ taken_off) < 0.2 * (taken_off @ taken_off)
 
 
 def test_a_camera_as_described_moves_the_image_by_shifts_turns_and_tilts():

@@ -53,6 +53,7 @@ def test_it_finds_the_bench_and_says_how_well(answer):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)  # two minutes alone on a core, twice that beside another test
 def test_touches_are_right_after_it_and_not_before(session, answer):
     scene, _, _, made = session
     assert answer["path"] == str(scene.with_name("scene.calibration.json"))
