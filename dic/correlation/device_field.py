@@ -54,7 +54,7 @@ class DeviceField:
     """
 
     def __init__(self, ref: Reference, grid: Grid, device: str) -> None:
-        self._ref = ref
+        self._ref, self._grid = ref, grid
         self._known = put_reference(ref, grid, device)
         self._pass, self._measure = DeviceWork(self._one_pass), DeviceWork(self._numbers)
         self._one_by_one = Lock()
@@ -151,7 +151,7 @@ class DeviceField:
 
     def _numbers(self, grey: Tensor, spline: Tensor, levels: Tensor, *state: Tensor):
         frame, points = DeviceImage(grey, spline, levels), DevicePoints(*state)
-        return (device_status.measure(self._ref, self._known, points, frame),)
+        return (device_status.measure(self._ref, self._grid, self._known, points, frame),)
 
 
 def _on_host(image: AnyArray | None, frame: DeviceImage) -> DeformedImage:

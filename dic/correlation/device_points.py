@@ -96,15 +96,9 @@ def put_points(known: DeviceReference, points: Points) -> DevicePoints:
     """Put points that were iterated on the host back on the device."""
     import torch
 
-    return DevicePoints(
-        *(
-            torch.as_tensor(array, device=known.xy.device)
-            for array in (
-                points.motion, points.change, points.zncc, points.residual, points.iterations,
-                points.still,
-            )
-        )
-    )  # fmt: skip
+    state = (points.motion, points.change, points.zncc, points.residual)
+    every = (*state, points.iterations, points.still)
+    return DevicePoints(*(torch.as_tensor(array, device=known.xy.device) for array in every))
 
 
 def step(known: DeviceReference, points: DevicePoints, sums: Tensor, base: Tensor) -> DevicePoints:

@@ -247,23 +247,21 @@ def _margin(grid: Grid) -> int:
 
 def _filtering(count: int, sigma: float) -> F64:
     """Gaussian and inverse of the spline along a line, with the borders of `dic.images.spline`."""
-    taps = gaussian_taps(sigma).astype(np.float64)
-    reach = len(taps) // 2
-    smooth = sum(
-        (w * _extended(count, reach)[k : k + count] for k, w in enumerate(taps)),
-        np.zeros((count, count)),
-    )
-    # The outermost two rows lose their taps beyond the border to those on it: 2 c(0) - c(k).
+    smooth = _convolved(count, gaussian_taps(sigma).astype(np.float64))
+    knots = _convolved(count, np.array([1, 26, 66, 26, 1]) / 120)
     bands = np.zeros((5, count))
-    knots = np.array([1, 26, 66, 26, 1]) / 120
-    folded = sum(
-        (w * _extended(count, 2)[k : k + count] for k, w in enumerate(knots)),
-        np.zeros((count, count)),
-    )
     for offset in range(-2, 3):
-        diagonal = np.diagonal(folded, offset)
+        diagonal = np.diagonal(knots, offset)
         bands[2 - offset, max(offset, 0) : count + min(offset, 0)] = diagonal
     return _extended(count, PAD) @ np.asarray(solve_banded((2, 2), bands, smooth))
+
+
+def _convolved(count: int, taps: F64) -> F64:
+    """Weigh each value of a line, continued beyond its ends, with its neighbours, (n, n)."""
+    every, total = _extended(count, len(taps) // 2), np.zeros((count, count))
+    for k, weight in enumerate(taps):
+        total += weight * every[k : k + count]
+    return total
 
 
 def _extended(count: int, reach: int) -> F64:

@@ -42,7 +42,7 @@ class DeviceImage(NamedTuple):
 
 
 def measure(
-    ref: Reference, known: DeviceReference, points: DevicePoints, frame: DeviceImage
+    ref: Reference, grid: Grid, known: DeviceReference, points: DevicePoints, frame: DeviceImage
 ) -> Tensor:
     """Turn the last state of the points into numbers (15 N + 1,), for `unpacked`.
 
@@ -50,7 +50,7 @@ def measure(
     """
     import torch
 
-    motion, grid = points.motion, ref.grid
+    motion = points.motion
     noise = _noise(ref, known, points)
     clipped = _clipped(ref, known, points, frame)
     status = _status(ref, known, points, noise, clipped)
@@ -67,11 +67,10 @@ def measure(
     spread[:, :, 0] = spread[:, :, 0].hypot(bias)
     motion = motion.masked_fill(lost[:, None, None], math.nan)
     spread = spread.masked_fill(lost[:, None, None], math.nan)
-    if grid is not None:
-        u = motion[:, :, 0].T.reshape(2, *grid.shape)
-        spread = spread * _roughness(u, spread[:, :, 0].T.reshape(u.shape), grid, ref.order)
-        bend = _flattening(u, grid, ref.order).reshape(2, -1).T
-        spread[:, :, 0] = spread[:, :, 0].hypot(bend)
+    u = motion[:, :, 0].T.reshape(2, *grid.shape)
+    spread = spread * _roughness(u, spread[:, :, 0].T.reshape(u.shape), grid, ref.order)
+    bend = _flattening(u, grid, ref.order).reshape(2, -1).T
+    spread[:, :, 0] = spread[:, :, 0].hypot(bend)
     zncc = points.zncc.masked_fill(~known.usable, math.nan)
     iterations = points.iterations.masked_fill(~known.usable, 0)
     parts = (*motion[:, :, 0].T, *spread[:, :, 0].T, zncc, iterations.double(), status.double())
@@ -172,7 +171,7 @@ def _may_be_broken(
     limit = 1 + breaks.SUSPECT / (2 * known.light[:, 2].clamp(min=1.0)).sqrt()
     loud = (valid | (status == int(Status.DISTURBED))) & (level > limit) & known.sparse
     louder = level.masked_fill(~loud, 0.0)
-    return device_subsets.may_be_broken(known, points.motion, spline, louder, breaks.JUMP)
+    return device_subsets.may_be_broken(known, points.motion, spline, louder)
 
 
 def _clipped(

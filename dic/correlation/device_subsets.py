@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from dic.correlation.breaks import PLAIN
+from dic.correlation.breaks import JUMP, PLAIN
 from dic.correlation.device_reference import DeviceReference
 from dic.correlation.device_sums import sample
 from dic.correlation.jumps import SIDE
@@ -74,17 +74,13 @@ def _sampled(among: Tensor) -> tuple[Tensor, Tensor]:
     return here, chosen < count
 
 
-def may_be_broken(
-    known: DeviceReference, motion: Tensor, spline: Tensor, louder: Tensor, smallest: float
-) -> Tensor:
+def may_be_broken(known: DeviceReference, motion: Tensor, spline: Tensor, louder: Tensor) -> Tensor:
     """Whether a jump along some line takes more of any of the loudest subsets than noise does.
 
     Parameters
     ----------
     louder : (N,) float64
         Noise of each point over the usual noise; 0 where no break is looked for.
-    smallest : float, px
-        A smaller jump is none.
 
     Returns
     -------
@@ -104,7 +100,7 @@ def may_be_broken(
     noise = torch.maximum(left.squares - best, 1e-6 * left.squares) / freedom
     size = jump.gather(2, line[:, None, None].expand(-1, 2, 1))[..., 0].norm(dim=1)
     plain = best / noise * level.clamp(min=1.0).square() > PLAIN
-    broken = (level > 0) & plain & (size > smallest)
+    broken = (level > 0) & plain & (size > JUMP)
     return broken.any() | ((louder > 0).sum() > _LOUDEST)
 
 

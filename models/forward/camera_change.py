@@ -50,8 +50,9 @@ class Seen(NamedTuple):
     Attributes
     ----------
     matrix : (K, A) float64
+        What of a field looks like a motion of the camera has `uneven` taken off, as an image has.
     derivatives : (9, K, A) float64
-        By each number of the camera.
+        By each number of the camera, `uneven` as it is.
     by_thickness : (K, A) float64
         By ln thickness: the seen face moves by the slope times half of it.
     uneven : (K, R) float64 or None

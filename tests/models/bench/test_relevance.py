@@ -60,10 +60,7 @@ def test_several_causes_have_nearly_the_moments_of_all_their_scales():
     """All 125 combinations, enumerated: what each cause changes is taken with the others fixed."""
     rng, off, wide = np.random.default_rng(7), [], []
     for _ in range(12):
-        truth = rng.normal(size=SIZE)
-        for numbers in CAUSES:
-            truth[numbers] *= rng.choice(SCALES)
-        information = measured(rng, truth)
+        information = measured(rng, drawn(rng))
         mean, covariance = enumerated(information, CAUSES)
         found = whole(information, CAUSES)
         sigma = np.sqrt(np.diag(covariance))
@@ -73,6 +70,14 @@ def test_several_causes_have_nearly_the_moments_of_all_their_scales():
     assert np.max(off) < 1.0
     assert np.mean(wide) == pytest.approx(1.0, abs=0.1)
     assert 0.5 < np.min(wide) <= np.max(wide) < 1.6
+
+
+def drawn(rng):
+    """Numbers of which each cause has a scale of its own."""
+    truth = rng.normal(size=SIZE)
+    for numbers in CAUSES:
+        truth[numbers] *= rng.choice(SCALES)
+    return truth
 
 
 def enumerated(information, causes):
@@ -99,9 +104,7 @@ def enumerated(information, causes):
 def test_absent_causes_make_the_others_better_known_and_sigma_says_so():
     rng, within, better = np.random.default_rng(2), [], []
     for _ in range(300):
-        truth = rng.normal(size=SIZE)
-        for numbers in CAUSES:
-            truth[numbers] *= rng.choice(SCALES)
+        truth = drawn(rng)
         information = measured(rng, truth)
         found, stated = whole(information, CAUSES), posterior(information, np.ones(SIZE))
         within.append((found.mean - truth) / np.sqrt(np.diag(found.covariance)))
