@@ -53,7 +53,7 @@ def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, stat
     if not len(loud):
         return _NO_LINES
     level = noise / median(noise[status == Status.OK])
-    first = loud[sparse(ref)[loud]]
+    first = loud[sparse(ref, loud)]
     clear, found = _clear(ref, points, frame, level, first)
     if not len(clear):
         return _NO_LINES
@@ -71,16 +71,16 @@ def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, stat
     return Lines(normal[agreed], place[agreed], clear[agreed])
 
 
-def sparse(ref: Reference) -> Mask:
-    """Take so many points of a grid that a line crosses the middle of one in any row, (N,) bool.
+def sparse(ref: Reference, here: I64) -> Mask:
+    """Take so many of the points `here` that a line crosses the middle of one in any row of a grid.
 
     A field that bends is louder everywhere, a break along a line: where these show none, there is
     none.
     """
     if ref.grid is None:
-        return np.ones(len(ref.xy), dtype=bool)
+        return np.ones(len(here), dtype=bool)
     apart = max(int(2 * REACH * ref.half / ref.grid.step), 1)
-    row, column = np.divmod(np.arange(len(ref.xy)), ref.grid.shape[1])
+    row, column = np.divmod(here, ref.grid.shape[1])
     return (row % apart == 0) & (column % apart == 0)
 
 

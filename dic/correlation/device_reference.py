@@ -202,7 +202,7 @@ def put_reference(ref: Reference, grid: Grid, device: str) -> DeviceReference:
         reach=put(float(ref.half) ** shape.monomials(shape.degree(ref.order)).sum(axis=1)),
         status=status,
         usable=status == int(Status.OK),
-        sparse=put(breaks.sparse(ref), torch.bool),
+        sparse=put(breaks.sparse(ref, np.arange(len(ref.xy))), torch.bool),
         sampled=put(_sampled(ref), torch.bool),
         scatter=put(ref.scatter),
         block_gain=put(ref.block_gain),

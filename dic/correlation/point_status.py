@@ -145,10 +145,9 @@ def expected_sigma(ref: Reference, noise: float | None = None) -> F64:
         )
     level = np.full(len(ref.xy), given * np.sqrt(gaussian_power(ref.prefilter.sigma)))
     fraction = _noise_fraction(ref, level)
-    count = (ref.inverse.shape[1] - 2) // 2
-    variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, [0, count]]
     scale = level / np.sqrt(1 - fraction) * _widening(ref, fraction)
-    spread = scale[:, None] * np.sqrt(images(ref) * variance * ref.noise_gain) * ref.scatter
+    spread = scale[:, None] * np.sqrt(images(ref) * variance(ref)[:, :, 0] * ref.noise_gain)
+    spread *= ref.scatter
     spread = np.hypot(spread, ref.prefilter.bias)  # rms of its sine over the fraction of a px
     measured = (ref.status == Status.OK) & ~_is_flat(ref, float(level.max(initial=0.0)))
     return np.where(measured[:, None], spread, np.nan)
