@@ -40,7 +40,7 @@ search = models.prepare_candidates(pattern.forward(sigma))
 truth = fe.Touch(x=170.0, y=70.0, force=3.0)
 image, moved = frame(truth), pattern.still()
 for _ in range(2):
-    sums = dic.tile_sums(reference, image, motions.flow(moved))
+    sums = dic.tile_sums(reference, image, *motions.flow_and_gradient(moved))
     right = pattern.gradient(sums, moved)
     estimate = models.find(pattern.whiten(right, sigma), search)
     moved = pattern.amplitudes(estimate, right)

@@ -54,7 +54,7 @@ def measure(
     noise = _noise(ref, known, points)
     clipped = _clipped(ref, known, points, frame)
     status = _status(ref, known, points, noise, clipped)
-    broken = _may_be_broken(known, points, frame.spline, noise, status)
+    broken = _may_be_broken(grid, known, points, frame.spline, noise, status)
     lost = status != int(Status.OK)
     correlated = device_subsets.noise_excess(known, motion, frame.spline, ~lost)
     fraction = _noise_fraction(ref, known, noise)
@@ -163,15 +163,38 @@ def _level(noise: Tensor, among: Tensor) -> Tensor:
 
 
 def _may_be_broken(
-    known: DeviceReference, points: DevicePoints, spline: Tensor, noise: Tensor, status: Tensor
+    grid: Grid,
+    known: DeviceReference,
+    points: DevicePoints,
+    spline: Tensor,
+    noise: Tensor,
+    status: Tensor,
 ) -> Tensor:
     """Whether some subset shows a break, by what `breaks.lines` looks at, () bool."""
     valid = status == int(Status.OK)
     level = noise / _level(noise, valid)
     limit = 1 + breaks.SUSPECT / (2 * known.light[:, 2].clamp(min=1.0)).sqrt()
-    loud = (valid | (status == int(Status.DISTURBED))) & (level > limit) & known.sparse
-    louder = level.masked_fill(~loud, 0.0)
+    torn = _torn(grid, points.motion[:, :, 0].masked_fill(~valid[:, None], math.nan))
+    loud = (valid | (status == int(Status.DISTURBED))) & ((level > limit) | torn)
+    louder = level.masked_fill(~(loud & known.sparse), 0.0)
     return device_subsets.may_be_broken(known, points.motion, spline, louder)
+
+
+def _torn(grid: Grid, moved: Tensor) -> Tensor:
+    """Points on both sides of which motions (N, 2) differ, as in `breaks`, (N,) bool."""
+    import torch
+
+    u, reach = moved.T.reshape(2, *grid.shape), breaks.across_subset(grid)
+    apart = torch.zeros_like(u[0])
+    for axis in (0, 1):
+        count = u.shape[axis + 1] - 2 * reach
+        if count > 0:
+            low, high = (u.narrow(axis + 1, first, count) for first in (0, 2 * reach))
+            middle = apart.narrow(axis, reach, count)
+            moved = (high - low).square().sum(0).sqrt()
+            middle.copy_(middle.maximum(moved.nan_to_num(0.0)))
+    limit = (breaks.USUAL * apart.median()).clamp(min=breaks.JUMP)
+    return (apart > limit).reshape(-1)
 
 
 def _clipped(

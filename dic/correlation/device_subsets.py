@@ -99,7 +99,8 @@ def may_be_broken(known: DeviceReference, motion: Tensor, spline: Tensor, louder
     freedom = (known.light[here, 2] - known.inverse.shape[1] - 2).clamp(min=1.0)
     noise = torch.maximum(left.squares - best, 1e-6 * left.squares) / freedom
     size = jump.gather(2, line[:, None, None].expand(-1, 2, 1))[..., 0].norm(dim=1)
-    plain = best / noise * level.clamp(min=1.0).square() > PLAIN
+    of_jump = best / noise / known.noise_gain[here].mean(1)
+    plain = of_jump * level.clamp(min=1.0).square() > PLAIN
     broken = (level > 0) & plain & (size > JUMP)
     return broken.any() | ((louder > 0).sum() > _LOUDEST)
 

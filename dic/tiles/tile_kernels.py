@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 from scipy.interpolate import BSpline, PPoly
 
@@ -16,6 +18,12 @@ _PIECES: F64 = np.ascontiguousarray(_SPLINE.c[:, DEGREE : 2 * DEGREE + 1][:, ::-
 _SLOPES: F64 = _PIECES[:-1] * np.arange(DEGREE, 0, -1.0)[:, None]
 # Indices that cannot be negative: any others keep the compiler from working on vectors.
 _ONE, _TWO, _THREE, _FOUR, _FIVE, _SIX, _SEVEN = (np.uintp(k) for k in range(1, DEGREE + 1))
+
+
+Weights: TypeAlias = tuple[
+    np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32
+]
+"""Of eight knots."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -84,7 +92,7 @@ def sums_moved(
     image: AnyArray,
     coefficients: F32,
     steep: F32 | None,
-    flow: F64,
+    motion: tuple[F64, F64],
     layout: tuple[tuple[int, int], int, tuple[int, int]],
     out: AnyArray,
     hessian: F64,
@@ -93,18 +101,20 @@ def sums_moved(
     """Sum the same with every tile of the reference moved by its flow, and what it is then.
 
     That is its Hessian (T, 3) and its light (T, 6): beside the rim of the pattern a fraction of a
-    pixel changes both many times.
+    pixel changes both many times. `motion` is the flow (T, 2) and its gradient (T, 2, 2), by
+    which the reference is deformed to first order.
 
     Slopes are those of `steep`, the coefficients of a smoothed image, where there are such.
 
-    What is computed of a tile lies in one piece of memory, a row after the other.
+    What is computed of a tile lies in one piece of memory, a row after the other. Values and slopes
+    are computed together: to read what they are made of takes as long as that.
     """
-    origin, size, shape = layout
+    (origin, size, shape), (flow, flow_gradient) = layout, motion
     reach = size + DEGREE
+    places = _places(size)
     patch, pixels = np.empty((reach, reach), np.float32), size * size
+    heights, g = np.empty(reach * size, np.float32), np.empty(pixels, np.float32)
     values, slopes = np.empty(reach * size, np.float32), np.empty(reach * size, np.float32)
-    g, f = np.empty(pixels, np.float32), np.empty(pixels, np.float32)
-    fx, fy = np.empty(pixels, np.float32), np.empty(pixels, np.float32)
     wx, sx = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
     wy, sy = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
     for tile in range(shape[0] * shape[1]):
@@ -115,29 +125,38 @@ def sums_moved(
         spline_weights(-flow[tile, 0] - ix, wx, sx)
         spline_weights(-flow[tile, 1] - iy, wy, sy)
         x, y = left + ix - BEFORE, top + iy - BEFORE
-        _across(coefficients, x, y, wx, patch, values)
-        _down(values, wy, size, f)
-        if steep is None:
-            _across(coefficients, x, y, sx, patch, slopes)
-        else:
-            _across(steep, x, y, wx, patch, values)
-            _across(steep, x, y, sx, patch, slopes)
-        _down(slopes, wy, size, fx)
-        _down(values, sy, size, fy)
+        _across(coefficients, x, y, wx, sx, patch, heights, slopes)
+        across = heights
+        if steep is not None:
+            _across(steep, x, y, wx, sx, patch, values, slopes)
+            across = values
         _seen(image, left, top, size, g)
-        _add(g, f, fx, fy, out[tile])
-        _own(f, fx, fy, hessian[tile], light[tile])
+        rows = heights, slopes, across
+        deformed = flow_gradient[tile], places
+        _down(g, rows, wy, sy, size, deformed, out[tile], hessian[tile], light[tile])
+
+
+@njit(cache=True, nogil=True)
+def _places(size: int) -> F32:
+    """Place x, y of each pixel of a tile about its centre, (2, size²), row by row."""
+    places = np.empty((2, size * size), np.float32)
+    for k in range(size * size):
+        places[0, k] = k % size - 0.5 * (size - 1)
+        places[1, k] = k // size - 0.5 * (size - 1)
+    return places
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _across(array: F32, left: int, top: int, weights: F32, patch: F32, out: F32) -> None:
+def _across(
+    array: F32, left: int, top: int, wx: F32, sx: F32, patch: F32, values: F32, slopes: F32
+) -> None:
     """Weigh the rows of a tile along x, also beyond the border; `patch` is for that."""
     (height, width), reach = array.shape, len(patch)
     if 0 <= left <= width - reach and 0 <= top <= height - reach:
-        _along(array, left, top, weights, reach - DEGREE, out)
+        _along(array, left, top, wx, sx, reach - DEGREE, values, slopes)
     else:
         _cut(array, left, top, patch)
-        _along(patch, 0, 0, weights, reach - DEGREE, out)
+        _along(patch, 0, 0, wx, sx, reach - DEGREE, values, slopes)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -160,66 +179,83 @@ def _seen(image: AnyArray, left: int, top: int, size: int, out: F32) -> None:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _along(array: F32, left: int, top: int, weights: F32, size: int, out: F32) -> None:
-    """Weigh eight neighbours along x; weights in registers let the loop run on vectors."""
+def _eight(weights: F32) -> Weights:
+    """Hold weights where no array of the loop can change them."""
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
-    e, f, g, h = weights[4], weights[5], weights[6], weights[7]
+    return a, b, c, d, weights[4], weights[5], weights[6], weights[7]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _weighed(row: F32, first: int | np.uintp, step: np.uintp, weights: Weights) -> np.float32:
+    """Weigh eight neighbours from a place on, each so far from the next."""
+    a, b, c, d, e, f, g, h = weights
+    return (
+        a * row[first] + b * row[first + step]
+        + c * row[first + _TWO * step] + d * row[first + _THREE * step]
+        + e * row[first + _FOUR * step] + f * row[first + _FIVE * step]
+        + g * row[first + _SIX * step] + h * row[first + _SEVEN * step]
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _along(
+    array: F32, left: int, top: int, wx: F32, sx: F32, size: int, values: F32, slopes: F32
+) -> None:
+    """Weigh eight neighbours along x; weights in registers let the loop run on vectors."""
+    value, slope = _eight(wx), _eight(sx)
     x, y, side = np.uintp(left), np.uintp(top), np.uintp(size)
     for j in range(np.uintp(size + DEGREE)):
+        row = array[y + j]
         for i in range(side):
-            p, q = y + j, x + i
-            out[j * side + i] = (
-                a * array[p, q] + b * array[p, q + _ONE]
-                + c * array[p, q + _TWO] + d * array[p, q + _THREE]
-                + e * array[p, q + _FOUR] + f * array[p, q + _FIVE]
-                + g * array[p, q + _SIX] + h * array[p, q + _SEVEN]
-            )  # fmt: skip
+            values[j * side + i] = _weighed(row, x + i, _ONE, value)
+            slopes[j * side + i] = _weighed(row, x + i, _ONE, slope)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _down(rows: F32, weights: F32, size: int, out: F32) -> None:
-    """Weigh eight neighbours along y."""
-    a, b, c, d = weights[0], weights[1], weights[2], weights[3]
-    e, f, g, h = weights[4], weights[5], weights[6], weights[7]
-    n = np.uintp(size)
-    for i in range(n * n):
-        out[i] = (
-            a * rows[i] + b * rows[i + n] + c * rows[i + _TWO * n] + d * rows[i + _THREE * n]
-            + e * rows[i + _FOUR * n] + f * rows[i + _FIVE * n]
-            + g * rows[i + _SIX * n] + h * rows[i + _SEVEN * n]
-        )  # fmt: skip
+def _down(
+    g: F32,
+    rows: tuple[F32, F32, F32],
+    wy: F32,
+    sy: F32,
+    size: int,
+    deformed: tuple[F64, F32],
+    out: AnyArray,
+    hessian: F64,
+    light: F64,
+) -> None:
+    """Weigh eight neighbours along y, of rows for f, fx and fy, and sum over one tile.
 
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add(g: F32, f: F32, fx: F32, fy: F32, out: AnyArray) -> None:
-    """Sum fx·e, fy·e, e, e², e·f over one tile."""
+    That is fx·e, fy·e, e, e², e·f into `out`; fx², fx·fy, fy²; and fx·f, fy·f, fx, fy, f², f.
+    """
+    (heights, slopes, across), value, slope = rows, _eight(wy), _eight(sy)
+    gradient, places = deformed
+    x, y = places[0], places[1]
+    u_x, u_y = np.float32(gradient[0, 0]), np.float32(gradient[0, 1])
+    v_x, v_y = np.float32(gradient[1, 0]), np.float32(gradient[1, 1])
     zero = np.float32(0.0)
     fx_e, fy_e, e_, ee, ef = zero, zero, zero, zero, zero
-    for i in range(f.size):
-        e = g[i] - f[i]
-        fx_e += fx[i] * e
-        fy_e += fy[i] * e
-        e_ += e
-        ee += e * e
-        ef += e * f[i]
-    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _own(f: F32, fx: F32, fy: F32, hessian: F64, light: F64) -> None:
-    """Sum fx², fx·fy, fy² over one tile, and fx·f, fy·f, fx, fy, f², f."""
-    zero = np.float32(0.0)
     xx, xy, yy = zero, zero, zero
     fx_f, fy_f, fx_, fy_, ff, f_ = zero, zero, zero, zero, zero, zero
-    for i in range(f.size):
-        xx += fx[i] * fx[i]
-        xy += fx[i] * fy[i]
-        yy += fy[i] * fy[i]
-        fx_f += fx[i] * f[i]
-        fy_f += fy[i] * f[i]
-        fx_ += fx[i]
-        fy_ += fy[i]
-        ff += f[i] * f[i]
-        f_ += f[i]
+    below = np.uintp(size)
+    for i in range(below * below):
+        f = _weighed(heights, i, below, value)
+        fx, fy = _weighed(slopes, i, below, value), _weighed(across, i, below, slope)
+        # f(x - d - δ) = f(x - d) - ∇f·δ where the motion differs by δ from that of the tile.
+        e = g[i] - f + fx * (u_x * x[i] + u_y * y[i]) + fy * (v_x * x[i] + v_y * y[i])
+        fx_e += fx * e
+        fy_e += fy * e
+        e_ += e
+        ee += e * e
+        ef += e * f
+        xx += fx * fx
+        xy += fx * fy
+        yy += fy * fy
+        fx_f += fx * f
+        fy_f += fy * f
+        fx_ += fx
+        fy_ += fy
+        ff += f * f
+        f_ += f
+    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
     hessian[0], hessian[1], hessian[2] = xx, xy, yy
     light[0], light[1], light[2], light[3], light[4], light[5] = fx_f, fy_f, fx_, fy_, ff, f_

@@ -281,7 +281,12 @@ def _light(tiles: Tiles, slopes: F64, f: F64) -> F64:
     return np.column_stack([tiles.sums(a) for a in (fx * f, fy * f, fx, fy, f * f, f)])
 
 
-def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None) -> TileSums:
+def tile_sums(
+    reference: TileReference,
+    image: AnyArray,
+    flow: F64 | None = None,
+    flow_gradient: F64 | None = None,
+) -> TileSums:
     """Sum ∇f·e, e, e² and e·f over the tiles of one frame.
 
     Parameters
@@ -290,11 +295,16 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
     flow : (T, 2) float64, px, optional
         Expected motion of each tile; the reference is moved there first (by its spline). Without it
         the image is compared in place, which is right to (d/2)² for motions below a pixel.
+    flow_gradient : (T, 2, 2) float64, px a px, optional
+        Its derivatives ∂u/∂x, ∂u/∂y; ∂v/∂x, ∂v/∂y, by which the moved reference is deformed to
+        first order. Without them every tile moves as a whole, and one whose pattern is steep on one
+        side shows what that side does.
 
     Raises
     ------
     ValueError
-        If the image cannot be used, or image or flow do not match the reference.
+        If the image cannot be used, or image, flow or its gradient do not match the reference, or
+        there is a gradient without a flow.
     """
     check_type(reference, TileReference, "reference", "dic.prepare_tiles")
     image = check_image(image, "deformed")
@@ -305,6 +315,10 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
     sums = np.empty((count, 5))
     hessian, light, smooth = reference.hessian, reference.light, reference.smooth
     if flow is None:
+        if flow_gradient is not None:
+            raise ValueError(
+                "flow_gradient needs the flow whose gradient it is, got none; give both"
+            )
         slopes = reference.gradient if smooth is None else smooth.gradient
         sums_in_place(image, reference.image, slopes, layout, sums)
         flow = np.zeros((count, 2))
@@ -315,13 +329,30 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
                 f"flow must be ({count}, 2) px, one motion a tile within the image; "
                 f"got shape {flow.shape} and motions up to {np.abs(flow).max(initial=0):g} px"
             )
+        gradients = _read_gradient(flow_gradient, count)
         hessian, light = np.empty((count, 3)), np.empty((count, 6))
         steep = None if smooth is None else smooth.coefficients
-        sums_moved(image, reference.coefficients, steep, flow, layout, sums, hessian, light)
+        sums_moved(
+            image, reference.coefficients, steep, (flow, gradients), layout, sums, hessian, light
+        )
         if smooth is not None:
             hessian, light = smooth.hessian(hessian), smooth.light(light)
     gradient = sums[:, :2] if smooth is None else smooth.vectors(sums[:, :2])
     return TileSums(gradient, sums[:, 2], sums[:, 3], sums[:, 4], hessian, light, flow)
+
+
+def _read_gradient(given: F64 | None, count: int) -> F64:
+    """Check the gradient of a flow, (T, 2, 2); zeros where there is none."""
+    if given is None:
+        return np.zeros((count, 2, 2))
+    gradient = read_array(given, "flow_gradient", "px a px")
+    if gradient.shape != (count, 2, 2) or not np.isfinite(gradient).all():
+        raise ValueError(
+            f"flow_gradient must be ({count}, 2, 2) finite px a px, four derivatives a tile; "
+            f"got shape {gradient.shape} and derivatives up to"
+            f" {np.abs(gradient).max(initial=0):g}"
+        )
+    return gradient
 
 
 def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:

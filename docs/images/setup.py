@@ -16,28 +16,32 @@ from playwright.sync_api import Page, sync_playwright
 
 IMAGES = Path(__file__).parent
 FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
-VIEW = {"width": 1280, "height": 640}
+VIEW = {"width": 1280, "height": 720}
 PATIENCE = 400_000  # ms for a step
 SETTLED = 1500  # ms
 FOURTH = "#taken:text-is('4 of 9')"
 
 
 def photograph(page: Page) -> None:
-    """Press what is usual, step by step, to the fourth mark."""
+    """Press what is usual where it is asked for, to the fourth mark of the weight."""
+    usual, fourth = page.locator("#buttons .usual"), page.locator(FOURTH)
     while True:
-        page.locator("#buttons .usual").wait_for()
+        usual.or_(fourth).first.wait_for()
+        if fourth.is_visible():
+            keep(page, "setup-weight.png")
+            return
         step, turn = (page.locator("body").get_attribute(f"data-{of}") for of in ("step", "turn"))
         if step == "camera":
             page.locator("#signs div").first.wait_for()
-            page.wait_for_timeout(SETTLED)
-            page.screenshot(path=IMAGES / "setup-camera.png")
-        page.locator("#buttons .usual").click()
+            keep(page, "setup-camera.png")
+        usual.click()
         page.locator(f"body:not([data-turn='{turn}'])").wait_for(state="attached")
-        if step == "presses":
-            page.locator(FOURTH).wait_for()
-            page.wait_for_timeout(SETTLED)
-            page.screenshot(path=IMAGES / "setup-weight.png")
-            return
+
+
+def keep(page: Page, name: str) -> None:
+    """Photograph the page once it is quiet."""
+    page.wait_for_timeout(SETTLED)
+    page.screenshot(path=IMAGES / name)
 
 
 def main() -> None:

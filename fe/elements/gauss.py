@@ -68,8 +68,11 @@ class Gauss:
         (2 nx + 2, 2 ny + 2, C) float64
         """
         area = self.weights[:, :, None]
-        across_x = self.y.value.T @ (area * along_x)
-        across_y = self.y.slope.T @ (area * along_y)
+        return self.gathered(area * along_x, area * along_y)
+
+    def gathered(self, along_x: F64, along_y: F64) -> F64:
+        """Compute `loads` of what has been multiplied by the area of each point."""
+        across_x, across_y = self.y.value.T @ along_x, self.y.slope.T @ along_y
         return np.tensordot(self.x.slope.T, across_x, 1) + np.tensordot(self.x.value.T, across_y, 1)
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import dgetrf, dgetrs
 
-from fe.arrays import F64, I64
+from fe.arrays import F64, I32
 from fe.elements.functional import derivative
 from fe.modal.correction import Correction, corrected
 from fe.modal.kernel import pulls, summed
@@ -27,27 +27,33 @@ from fe.modal.parameters import (
 from fe.modal.plate import ModalPlate
 
 _STEPS = 60
-# Of the load, at which forces are in balance: a millionth of what any image tells.
-_BALANCED = 1e-9
+# Of the load, up to which forces may be out of balance before the last step. That is one of Newton:
+# it leaves about the square of this, and what the plate does to touches is right to it.
+_BALANCED = 1e-6
 # Fall of what is out of balance in a step, above which the tangent is made anew.
 _SLOW = 0.2
 
 
-@dataclass(frozen=True, eq=False)
-class Tangent:
-    """Factors of the stiffness of a state.
+class Tangent(NamedTuple):
+    """Stiffness of a state.
 
     Attributes
     ----------
-    factors : tuple
-        Of SciPy's `lu_factor`.
+    factors : (n, n) float64
+        Of the released stiffness, L and U in one.
+    pivots : (n,) int32
+        Rows that were exchanged for it.
+    gained : (M, n) float64
+        Stresses by the functions.
     """
 
-    factors: Any
+    factors: F64
+    pivots: I32
+    gained: F64
 
     def solve(self, right: F64) -> F64:
         """Solve for right-hand sides (n,) or (n, C)."""
-        return np.asarray(lu_solve(self.factors, right, check_finite=False), dtype=np.float64)
+        return np.asarray(dgetrs(self.factors, self.pivots, right)[0], dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +69,12 @@ class Pressed:
         Of the functions of the deflection.
     stress : (M,) float64
         Of the stresses in the plane.
-    along : (M, c) float64
-        Pull of each stress on each function that stretches.
+    along : (M, n) float64
+        Pull of each stress on each function, before the last step.
     converged : bool
         Whether forces are in balance.
-    tangent : Tangent or None
-        Somewhere near this state.
+    tangent : Tangent
+        Before the last step.
     """
 
     bench: BenchPlate
@@ -77,13 +83,13 @@ class Pressed:
     stress: F64
     along: F64
     converged: bool
-    tangent: Tangent | None
+    tangent: Tangent
 
     @cached_property
     def values(self) -> F64:
         """Amplitudes of the n functions, the D details and the U drifts, (n + D + U,)."""
         drifting, shaped = self.drifting
-        drift = (0.5 * drifting + shaped) @ self.amplitudes[self.bench.taking_part]
+        drift = (0.5 * drifting + shaped) @ self.amplitudes
         drift += self.bench.slipping @ self.stress
         return np.concatenate([self.amplitudes, self.details, drift])
 
@@ -99,18 +105,13 @@ class Pressed:
         bench, products = self.bench, self.bench.modal.corrections
         if products is None:
             return None
-        whole, part = bench.values + bench.modal.described, self.amplitudes[bench.taking_part]
-        return corrected(products, whole, bench.firmness, part, self.stress)
+        whole = bench.values + bench.modal.described
+        return corrected(products, whole, bench.firmness, self.amplitudes, self.stress)
 
     @cached_property
     def drifting(self) -> tuple[F64, F64]:
-        """Forms of each drift and each function, two (U, c), by w and by the shape."""
+        """Forms of each drift and each function, two (U, n), by w and by the shape."""
         return self.bench.drifting(self.amplitudes)
-
-    @cached_property
-    def exact(self) -> tuple[Tangent, F64]:
-        """Factors of the tangent at this very state, and stresses by the functions, (M, c)."""
-        return self.bench.tangent(self.stress, self.along)
 
     def jacobian(self) -> F64:
         """Compute derivatives of `values` by x1, y1, F1, x2, …: (n + D + U, 3T)."""
@@ -131,6 +132,10 @@ class Pressed:
 
     def by_parameters(self) -> F64:
         """Compute derivatives of `values` by the parameters of the bench: (n + D + U, 41)."""
+        return self._by_parameters
+
+    @cached_property
+    def _by_parameters(self) -> F64:
         moved = self.bench.by_parameters(self)
         details = moved[self._detailed]
         details[:, YOUNG] -= self.details
@@ -147,17 +152,14 @@ class Pressed:
 
     def moved(self, loads: F64, strains: F64) -> F64:
         """Compute changes of all `values` by loads (n, P) and by stresses (M, P)."""
-        (tangent, gained), bench = self.exact, self.bench
-        forces = np.zeros_like(loads)
-        forces[bench.taking_part] = self.along.T @ strains
-        moved = tangent.solve(loads - bench.released(forces))
-        part = moved[bench.taking_part]
+        bench = self.bench
+        moved = self.tangent.solve(loads - bench.released(self.along.T @ strains))
         drifting, shaped = self.drifting
-        stresses = gained @ part + strains
+        stresses = self.tangent.gained @ moved + strains
         details = np.zeros((len(self.details), loads.shape[1]))
         if self.correction is not None:
-            details = self.correction.by_functions @ part + self.correction.by_stresses @ stresses
-        drift = (drifting + shaped) @ part + bench.slipping @ stresses
+            details = self.correction.by_functions @ moved + self.correction.by_stresses @ stresses
+        drift = (drifting + shaped) @ moved + bench.slipping @ stresses
         return np.concatenate([moved, details, drift])
 
 
@@ -176,13 +178,6 @@ class BenchPlate:
     values: F64
 
     @cached_property
-    def taking_part(self) -> I64:
-        """Indices (c,) of the functions that stretch the plate."""
-        total, part = len(self.modal.stiffness), self.modal.tense.shape[1]
-        every = np.arange(total, dtype=np.int64)
-        return np.concatenate([every[: part - self.modal.turns], every[self.modal.count :]])
-
-    @cached_property
     def slipping(self) -> F64:
         """Drifts by stresses, (U, M)."""
         return np.tensordot(self._whole(MEMBRANE), self.modal.slipping, 1)
@@ -190,11 +185,13 @@ class BenchPlate:
     @cached_property
     def stiffness(self) -> F64:
         """Stiffness of the functions at rest, (n, n)."""
-        modal = self.modal
-        matrix = modal.stiffness + np.tensordot(self.values[GRADED], modal.graded, 1)
-        matrix = matrix * np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS])
-        self._add(matrix, np.tensordot(self._whole(TENSION), modal.tense, 1))
-        return matrix
+        return self._bending + np.tensordot(self._whole(TENSION), self.modal.tense, 1)
+
+    @cached_property
+    def _bending(self) -> F64:
+        """The same without tension, (n, n)."""
+        matrix = self.modal.stiffness + np.tensordot(self.values[GRADED], self.modal.graded, 1)
+        return matrix * self._firmer
 
     @cached_property
     def _giving(self) -> F64:
@@ -203,17 +200,29 @@ class BenchPlate:
 
     @cached_property
     def _shaped(self) -> F64:
-        """Products of the stresses and drifts with the shape at rest, (M + U, c)."""
+        """Products of the stresses and drifts with the shape at rest, (M + U, n)."""
         return np.tensordot(self._whole(SHAPE), self.modal.shaped, 1)
 
     @cached_property
     def stretch_compliance(self) -> F64:
         """Complementary energy of the stresses, (M, M)."""
-        modal = self.modal
-        soft = np.exp(-self.values[YOUNG] - self.values[THICKNESS])
-        easing = np.tensordot(self.values[GRADED], modal.easing, 1)
-        giving = np.tensordot(self._whole(MEMBRANE), modal.giving, 1)
-        return soft * (np.eye(len(easing)) - easing) + giving
+        return self._stretching + np.tensordot(self._whole(MEMBRANE), self.modal.giving, 1)
+
+    @cached_property
+    def _stretching(self) -> F64:
+        """The same between rigid edges, (M, M)."""
+        easing = np.tensordot(self.values[GRADED], self.modal.easing, 1)
+        return self._softer * (np.eye(len(easing)) - easing)
+
+    @property
+    def _firmer(self) -> float:
+        """Factor by which the plate is stiffer in bending than described."""
+        return float(np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS]))
+
+    @property
+    def _softer(self) -> float:
+        """Factor by which it is softer in its plane."""
+        return float(np.exp(-self.values[YOUNG] - self.values[THICKNESS]))
 
     @cached_property
     def _stiffening(self) -> F64:
@@ -236,7 +245,7 @@ class BenchPlate:
     @cached_property
     def firmness(self) -> F64:
         """Bending energy of the details, (D,)."""
-        return np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS]) * self.modal.firmness
+        return self._firmer * self.modal.firmness
 
     def released(self, forces: F64) -> F64:
         """Let edges give to forces (n, …): a turn moves by its compliance times its moment.
@@ -252,20 +261,27 @@ class BenchPlate:
 
         Points outside the plate are the caller's to refuse.
         """
-        loads = self.at(touches).T @ -touches[:, 2]
-        state = self._near(touches) if start is None else self._moved_on(start, touches)
-        tangent, amplitudes, stress = state.tangent, state.amplitudes, state.stress
-        along = state.along
+        loads = self.loads(touches)
+        near = self._near(loads) if start is None else self._moved_on(start, loads)
+        amplitudes, tangent = near
         scale, last, size = self._size(loads) + 1e-300, np.inf, np.inf
+        left, stress, along = self._balance(amplitudes, loads)
         for _ in range(_STEPS):
-            left, stress, along = self._balance(amplitudes, loads)
             last, size = size, self._size(left) / scale
             if size <= _BALANCED or not np.isfinite(size):
                 break
             if size > _SLOW * last or tangent is None:
-                tangent = self.tangent(stress, along)[0]
+                tangent = self.tangent(stress, along)
             amplitudes = amplitudes - tangent.solve(left)
+            left, stress, along = self._balance(amplitudes, loads)
+        tangent = self.tangent(stress, along)
+        step = tangent.solve(left)
+        amplitudes, stress = amplitudes - step, stress - tangent.gained @ step
         return Pressed(self, touches, amplitudes, stress, along, bool(size <= _BALANCED), tangent)
+
+    def loads(self, touches: F64) -> F64:
+        """Compute forces of touches (T, 3) on the functions, (n,)."""
+        return self.at(touches).T @ -touches[:, 2]
 
     def _size(self, forces: F64) -> float:
         """Size of forces, each in units of the root of the stiffness of its function."""
@@ -275,78 +291,61 @@ class BenchPlate:
     def _roots(self) -> F64:
         return np.sqrt(np.abs(np.diag(self.modal.stiffness)))
 
-    def _near(self, touches: F64) -> Pressed:
-        """Linear solution, cut back as much as the stretching demands."""
-        loads = self.at(touches).T @ -touches[:, 2]
+    def _near(self, loads: F64) -> tuple[F64, None]:
+        """Linear solution under loads (n,), cut back as much as the stretching demands."""
         amplitudes = self._at_rest.solve(self.released(loads))
         pulling, shaped = self.pulling(amplitudes)
-        part = amplitudes[self.taking_part]
-        square, line = 0.5 * pulling @ part, shaped @ part
+        square, line = 0.5 * pulling @ amplitudes, shaped @ amplitudes
         work, solve = float(loads @ amplitudes), self._stiffening
         # Least energy along the line t a: work (t - 1) + 3 s l t² + 2 s² t³ = 0.
         cubic, squared = 2.0 * square @ solve @ square, 3.0 * square @ solve @ line
         roots = np.roots(np.array([float(cubic), float(squared), work, -work]))
         real = roots[np.abs(roots.imag) < 1e-9].real
         factor = float(real[np.argmin(np.abs(real - 0.5))]) if len(real) else 1.0
-        return Pressed(
-            self, touches, factor * amplitudes, np.zeros(len(pulling)), pulling, False, None
-        )
+        return factor * amplitudes, None
 
-    def _moved_on(self, start: Pressed, touches: F64) -> Pressed:
-        """State by the derivatives of one near by; by itself where there are other touches."""
-        amplitudes, tangent = start.amplitudes, start.tangent
+    def _moved_on(self, start: Pressed, loads: F64) -> tuple[F64, Tangent | None]:
+        """State under loads (n,) by the derivatives of one near by; itself where benches differ."""
         if start.bench is not self:
-            tangent = None
-        elif start.touches.shape == touches.shape and "exact" in start.__dict__:
-            change = self.at(touches).T @ -touches[:, 2]
-            change = change - self.at(start.touches).T @ -start.touches[:, 2]
-            amplitudes = amplitudes + start.exact[0].solve(self.released(change))
-            tangent = start.exact[0]
-        return Pressed(self, touches, amplitudes, start.stress, start.along, False, tangent)
+            return start.amplitudes, None
+        change = self.released(loads - self.loads(start.touches))
+        return start.amplitudes + start.tangent.solve(change), start.tangent
 
     @cached_property
     def _at_rest(self) -> Tangent:
         """Factors of the tangent at rest."""
         shaped = self._shaped[: len(self.stretch_compliance)]
-        return self.tangent(np.zeros(len(shaped)), shaped)[0]
+        return self.tangent(np.zeros(len(shaped)), shaped)
 
     def pulling(self, amplitudes: F64) -> tuple[F64, F64]:
-        """Pull of each stress on each function, two (M, c), by w and by the shape."""
+        """Pull of each stress on each function, two (M, n), by w and by the shape."""
         return self._products(amplitudes, 0, len(self.stretch_compliance))
 
     def drifting(self, amplitudes: F64) -> tuple[F64, F64]:
-        """Forms of each drift and each function, two (U, c), by w and by the shape."""
+        """Forms of each drift and each function, two (U, n), by w and by the shape."""
         return self._products(amplitudes, len(self.stretch_compliance), len(self._shaped))
 
     def _products(self, amplitudes: F64, first: int, last: int) -> tuple[F64, F64]:
-        part = amplitudes[self.taking_part]
-        return pulls(self.modal.products, part, first, last), self._shaped[first:last]
+        return pulls(self.modal.stretching, amplitudes, first, last), self._shaped[first:last]
 
     def _balance(self, amplitudes: F64, loads: F64) -> tuple[F64, F64, F64]:
-        """Compute what is out of balance (n,), released; stress (M,) and its pulls (M, c)."""
+        """Compute what is out of balance (n,), released; stress (M,) and its pulls (M, n)."""
         pulling, shaped = self.pulling(amplitudes)
-        part, along = amplitudes[self.taking_part], pulling + shaped
-        stress = self._stiffening @ ((0.5 * pulling + shaped) @ part)
-        forces = self.stiffness @ amplitudes - loads
-        forces[self.taking_part] += along.T @ stress
+        along = pulling + shaped
+        stress = self._stiffening @ ((0.5 * pulling + shaped) @ amplitudes)
+        forces = self.stiffness @ amplitudes - loads + along.T @ stress
         left = self.released(forces)
         left[self.modal.count :] += amplitudes[self.modal.count :]
         return left, stress, along
 
-    def tangent(self, stress: F64, along: F64) -> tuple[Tangent, F64]:
-        """Factor the released tangent stiffness (n, n), and stresses by functions (M, c)."""
+    def tangent(self, stress: F64, along: F64) -> Tangent:
+        """Factor the released tangent stiffness of a state."""
         gained = self._stiffening @ along
-        more = summed(self.modal.products, stress)
-        matrix = self.stiffness.copy()
-        self._add(matrix, more + along.T @ gained)
-        matrix = self.released(matrix)
+        stretched = summed(self.modal.packed, stress)
+        matrix = self.released(self.stiffness + stretched + along.T @ gained)
         turned = np.arange(self.modal.count, len(matrix))
         matrix[turned, turned] += 1.0
-        return Tangent(lu_factor(matrix, overwrite_a=True, check_finite=False)), gained
-
-    def _add(self, matrix: F64, part: F64) -> None:
-        """Add a product of the functions that stretch to one of all."""
-        matrix[np.ix_(self.taking_part, self.taking_part)] += part
+        return Tangent(*dgetrf(matrix)[:2], gained)
 
     def by_parameters(self, state: Pressed) -> F64:
         """Compute derivatives of functions, details and drifts, (n + D + U, 41).
@@ -355,29 +354,22 @@ class BenchPlate:
         """
         modal, a, stress = self.modal, state.amplitudes, state.stress
         count, names = len(stress), len(NAMES)
-        part = a[self.taking_part]
-        along = state.along
         loads = np.zeros((len(a), names))  # change of the forces that the plate holds against
         strains = np.zeros((count, names))  # change of what stretches, at the same deflection
         drifts = np.zeros((len(modal.slipping[0]), names))
-        bending = np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS])
-        bent = bending * (modal.stiffness + np.tensordot(self.values[GRADED], modal.graded, 1)) @ a
-        soft = np.exp(-self.values[YOUNG] - self.values[THICKNESS])
-        giving = np.tensordot(self._whole(MEMBRANE), modal.giving, 1)
-        eased = (self.stretch_compliance - giving) @ stress
+        bent, eased = self._bending @ a, self._stretching @ stress
         for which, power in ((YOUNG, 1.0), (THICKNESS, 3.0)):
             loads[:, which], strains[:, which] = power * bent, eased
-        loads[:, GRADED] = bending * (modal.graded @ a).T
-        strains[:, GRADED] = soft * (modal.easing @ stress).T
-        loads[self.taking_part, TENSION] += (modal.tense @ part).T
-        loads[self.taking_part, SHAPE] += np.tensordot(stress, modal.shaped[:, :count], (0, 1)).T
-        strains[:, SHAPE] = (modal.shaped[:, :count] @ part).T
-        drifts[:, SHAPE] = (modal.shaped[:, count:] @ part).T
+        loads[:, GRADED] = self._firmer * (modal.graded @ a).T
+        strains[:, GRADED] = self._softer * (modal.easing @ stress).T
+        loads[:, TENSION] += (modal.tense @ a).T
+        loads[:, SHAPE] += (stress @ modal.shaped[:, :count]).T
+        strains[:, SHAPE] = (modal.shaped[:, :count] @ a).T
+        drifts[:, SHAPE] = (modal.shaped[:, count:] @ a).T
         strains[:, MEMBRANE] = -(modal.giving @ stress).T
         drifts[:, MEMBRANE] = (modal.slipping @ stress).T
         left = -self.released(loads)
-        forces = self.stiffness @ a - self.at(state.touches).T @ -state.touches[:, 2]
-        forces[self.taking_part] += along.T @ stress
+        forces = self.stiffness @ a - self.loads(state.touches) + state.along.T @ stress
         left[modal.count :, ROTATION] -= (modal.turning @ forces[modal.count :]).T
         moved = state.moved(left, self._stiffening @ strains)
         moved[len(moved) - len(drifts) :] += drifts

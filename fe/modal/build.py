@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from fe.arrays import F64, I64
+from fe.arrays import F64
 from fe.elements.gauss import Gauss, dense
 from fe.elements.mesh import Mesh, even_grid
 from fe.linear.energy import rigidities
@@ -26,8 +26,6 @@ from fe.plate.plate import Plate
 
 _ELEMENTS = 40  # along the longer side
 _MODES = 160
-# Modes beyond these bend, but stretch the plate too little to count.
-_STRETCHING = 96
 _FINE_WAVES = 8  # of an edge that turns under gauges
 _STRESSES, _DRIFTS = 110, 160
 _COARSE = 60, 1  # stresses and drifts of the plate whose states are learned from
@@ -89,12 +87,12 @@ def modal_plate(
     step(_LONG.functions)
     coarse = stresses(functions, light(functions, forms), *_COARSE)
     step(_LONG.light)
-    near = _assembled(plate, functions, forms, coarse, _STRETCHING)
+    near = _assembled(plate, functions, forms, coarse)
     step(_LONG.near)
     learned = stresses(functions, drawn(functions, forms, near, step), _STRESSES, _DRIFTS)
     step(_LONG.stresses)
     if readings is None:
-        found = _assembled(plate, functions, forms, learned, _STRETCHING)
+        found = _assembled(plate, functions, forms, learned)
     else:
         found = _read(plate, functions, forms, learned, readings)
     step(_LONG.products)
@@ -104,10 +102,10 @@ def modal_plate(
 def _read(
     plate: Plate, functions: Transverse, forms: F64, plane: Stresses, readings: Readings
 ) -> ModalPlate:
-    """Multiply all functions; every mode stretches, for a strain shows what few modes leave out."""
+    """Multiply all functions, and those that bend and stretch as a reading shows it."""
     plane = stretching_read(functions, plane, readings.stretched)
     functions = bending_read(functions, readings.bent)
-    found = _assembled(plate, functions, forms, plane, functions.count)
+    found = _assembled(plate, functions, forms, plane)
     return replace(found, corrections=_corrections(functions, forms, plane))
 
 
@@ -128,13 +126,10 @@ def _uniform(gauss: Gauss) -> F64:
     return np.eye(3)[:, None, None, :] * np.ones((1, *gauss.weights.shape, 1))
 
 
-def _assembled(
-    plate: Plate, functions: Transverse, forms: F64, plane: Stresses, stretching: int
-) -> ModalPlate:
-    """Multiply all functions of a plate with one another; so many modes stretch it."""
+def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses) -> ModalPlate:
+    """Multiply all functions of a plate with one another."""
     rigid = Membrane(functions.held, functions.mesh)
-    taking_part = _taking_part(functions, stretching)
-    slopes, rising = rigid.gauss.slopes(functions.values[..., taking_part]), _rising(rigid.gauss)
+    slopes, rising = rigid.gauss.slopes(functions.values), _rising(rigid.gauss)
     all_stresses = np.concatenate([plane.stress, -plane.reading], axis=3)
     return ModalPlate(
         plate=plate,
@@ -146,7 +141,7 @@ def _assembled(
         graded=_graded(functions, rigid.gauss, rising),
         turning=functions.giving,
         tense=_products(rigid.gauss, _uniform(rigid.gauss), slopes, slopes),
-        stretching=_products(rigid.gauss, all_stresses, slopes, slopes),
+        stretching=_products(rigid.gauss, all_stresses, slopes, slopes).astype(np.float32),
         shaped=_over_shapes(rigid.gauss, all_stresses, slopes, forms),
         easing=np.stack([grading(rigid, plane.stress, weight) for weight in rising]),
         giving=plane.giving,
@@ -154,13 +149,6 @@ def _assembled(
         details=functions.details,
         firmness=functions.firmness,
     )
-
-
-def _taking_part(functions: Transverse, modes: int) -> I64:
-    """Return indices of the functions that stretch the plate: so many modes, and all turns."""
-    total = functions.values.shape[2]
-    every = np.arange(total, dtype=np.int64)
-    return np.concatenate([every[: min(modes, functions.count)], every[functions.count :]])
 
 
 def _legendre(places: F64, highest: int) -> F64:
@@ -217,6 +205,6 @@ def _products(gauss: Gauss, stress: F64, left: tuple[F64, F64], right: tuple[F64
 
 
 def _over_shapes(gauss: Gauss, stress: F64, slopes: tuple[F64, F64], forms: F64) -> F64:
-    """Products of stresses with shapes and functions, (S, M, c)."""
+    """Products of stresses with shapes and functions, (S, M, n)."""
     found = _products(gauss, stress, gauss.slopes(forms), slopes)
     return np.ascontiguousarray(found.swapaxes(0, 1))

@@ -17,8 +17,7 @@ class Correction(NamedTuple):
     Attributes
     ----------
     value : (D,) float64
-    by_functions : (D, c) float64
-        By the functions that stretch.
+    by_functions : (D, n) float64
     by_stresses : (D, M) float64
     by_parameters : (D, 41) float64
         By the tension and the shape at rest of a bench, while functions and stresses stay.
@@ -42,8 +41,8 @@ def corrected(
         Parameters of the bench, what its description gives included.
     firm : (D,) float64
         Bending energy of the details.
-    functions : (c,) float64
-        Amplitudes of the functions that stretch.
+    functions : (n,) float64
+        Amplitudes of the functions.
     stress : (M,) float64
     """
     tense = np.tensordot(whole[TENSION], products.tense, 1)

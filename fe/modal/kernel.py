@@ -27,16 +27,21 @@ def pulls(products: F32, weights: F64, first: int, last: int) -> F64:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def summed(products: F32, scale: F64) -> F64:
-    """Sum the first matrices of (R, c, c) times their scales (M,), (c, c)."""
-    size = products.shape[1]
-    flat, total = products.reshape(len(products), size * size), np.zeros(size * size)
+def summed(packed: F32, scale: F64) -> F64:
+    """Sum symmetric matrices, of which lower triangles are given, times their scales: (c, c)."""
+    total = np.zeros(packed.shape[1])
     for k in range(0, scale.size - 3, 4):
-        a, b, c, d = flat[k], flat[k + 1], flat[k + 2], flat[k + 3]
+        a, b, c, d = packed[k], packed[k + 1], packed[k + 2], packed[k + 3]
         p, q, r, s = scale[k], scale[k + 1], scale[k + 2], scale[k + 3]
         for i in range(total.size):
             total[i] += p * a[i] + q * b[i] + r * c[i] + s * d[i]
     for k in range(scale.size - scale.size % 4, scale.size):
         for i in range(total.size):
-            total[i] += scale[k] * flat[k, i]
-    return total.reshape(size, size)
+            total[i] += scale[k] * packed[k, i]
+    size = int(np.sqrt(2.0 * total.size))
+    matrix, first = np.empty((size, size)), 0
+    for i in range(size):
+        for j in range(i + 1):
+            matrix[i, j] = matrix[j, i] = total[first + j]
+        first += i + 1
+    return matrix

@@ -35,9 +35,9 @@ class Corrections:
 
     Attributes
     ----------
-    tense : (3, D, c) float64
-        With the functions that stretch, in uniform stresses of 1 N/mm.
-    stretching : (M, D, c) float64
+    tense : (3, D, n) float64
+        With the functions, in uniform stresses of 1 N/mm.
+    stretching : (M, D, n) float64
         The same in the stresses.
     shaped : (S, M, D) float64
         With the shapes, in the stresses.
@@ -52,8 +52,8 @@ class Corrections:
 class ModalPlate:
     """Products of the functions of a plate, from which its states on any bench follow.
 
-    Of n = K + J functions of the deflection c take part in stretching: the first modes and all J
-    turns; M stresses and U displacements in the plane; S = 6 shapes.
+    Of n = K + J functions of the deflection, modes and turns; M stresses and U displacements in
+    the plane; S = 6 shapes.
 
     Attributes
     ----------
@@ -72,11 +72,11 @@ class ModalPlate:
         That of a thickness that rises along x, y and both, times 3.
     turning : (8, J, J) float64
         Turns by moments, for each edge and its slope.
-    tense : (3, c, c) float64
+    tense : (3, n, n) float64
         Products with uniform stresses xx, yy and xy of 1 N/mm.
-    stretching : (M + U, c, c) float64
+    stretching : (M + U, n, n) float32
         Products with the stresses, then what gives the drifts.
-    shaped : (S, M + U, c) float64
+    shaped : (S, M + U, n) float64
         The same with a shape of 1 mm.
     easing : (14, M, M) float64
         Complementary energy of the thickness that rises.
@@ -101,7 +101,7 @@ class ModalPlate:
     graded: F64
     turning: F64
     tense: F64
-    stretching: F64
+    stretching: F32
     shaped: F64
     easing: F64
     giving: F64
@@ -129,9 +129,10 @@ class ModalPlate:
         return self.turning.shape[1]
 
     @cached_property
-    def products(self) -> F32:
-        """`stretching` as compiled code reads it, (M + U, c, c)."""
-        return self.stretching.astype(np.float32)
+    def packed(self) -> F32:
+        """Lower triangles of the products with the stresses, (M, n (n + 1) / 2)."""
+        rows, columns = np.tril_indices(len(self.stiffness))
+        return np.ascontiguousarray(self.stretching[: len(self.easing[0]), rows, columns])
 
     @cached_property
     def described(self) -> F64:

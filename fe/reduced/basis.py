@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fe.arrays import F64
+from fe.arrays import F32, F64
 from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
+from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
-from fe.reduced.symmetry import Symmetry
+from fe.reduced.symmetry import Symmetry, from_to
 from fe.reduced.training import SnapshotParts, Snapshots, copied, copied_parts
 
 # Shapes of w from linear solutions, which couple one touch to another, and from what touches leave;
@@ -37,11 +38,14 @@ class ReducedBasis(NamedTuple):
         Stresses in the plane in balance, orthonormal in their energy.
     drifts : (2, 2 nx + 2, 2 ny + 2, U) float64
         Displacements u, v in the plane, orthonormal over the area.
+    stretched : float
+        Largest norm of a state in these stresses, N mm to the power ½.
     """
 
     shapes: F64
     stresses: F64
     drifts: F64
+    stretched: float
 
 
 def basis(
@@ -51,11 +55,10 @@ def basis(
 
     The copies of one kind are gone before those of the next are made.
     """
-    return ReducedBasis(
-        _shapes(karman, parts, ways),
-        _stresses(karman, states, ways),
-        _drifts(karman, states, ways),
-    )
+    shapes = _shapes(karman, parts, ways)
+    drifts = _drifts(karman, states, ways)
+    stresses, stretched = _stresses(karman, states, ways)
+    return ReducedBasis(shapes, stresses, drifts, stretched)
 
 
 def _shapes(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry]) -> F64:
@@ -70,11 +73,21 @@ def _shapes(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry]) -> F
     return shapes
 
 
-def _stresses(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> F64:
-    stress = copied(lambda way: way.stresses(states.stress), ways)
+def _stresses(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> tuple[F64, float]:
+    """Stresses (3, gx, gy, M), and the largest norm of a state in them.
+
+    Work of one copy on another is that of the state on the copy which leads from one to the other:
+    copies of all stresses, the largest arrays of all that is made, are never there together.
+    """
     values = copied(lambda way: way.deflections(states.values), ways)
-    energy = stretching_work(karman, stress, values)
-    return stress @ balanced(0.5 * (energy + energy.T), _STRESSES)
+    own = stretching_work(karman, states.stress, values)
+    blocks = own.reshape(len(own), len(ways), -1)[:, from_to(ways)]
+    energy = blocks.transpose(1, 0, 2, 3).reshape(values.shape[2], -1)
+    mixed = balanced(0.5 * (energy + energy.T), _STRESSES)
+    stresses = np.zeros((*states.stress.shape[:3], mixed.shape[1]))
+    for way, part in zip(ways, np.split(mixed, len(ways)), strict=True):
+        stresses += way.stresses(states.stress) @ part
+    return stresses, float(np.linalg.norm(mixed.T @ energy, axis=0).max())
 
 
 def stretching_work(karman: Karman, stress: F64, values: F64) -> F64:
@@ -95,6 +108,36 @@ def _drifts(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> F64:
         forces = spread_out(karman.mesh, component)
         product += np.tensordot(component, forces, ((0, 1), (0, 1)))
     return plane @ balanced(product, _DRIFTS)
+
+
+def at_nodes(karman: Karman, stresses: F64) -> F64:
+    """Stresses (3, gx, gy, M) at the nodes, (nx + 1, ny + 1, 3, M)."""
+    gauss, nodes = karman.membrane.gauss, karman.mesh.nodes
+    x, y = (between(a.places, at) for a, at in zip((gauss.x, gauss.y), nodes, strict=True))
+    return np.einsum("ig,jh,cghm->ijcm", x, y, stresses, optimize=True)
+
+
+def work_on_strain(karman: Karman, stresses: F64, drifts: F64) -> F32:
+    """Work of the stresses of a basis, and of those that its displacements as forces bring.
+
+    Single precision, for the reduced plate errs by more than 1e-4.
+
+    Returns
+    -------
+    (M + U, 3 gx gy) float32
+        Matrix from strains at the Gauss points.
+    """
+    membrane, own = karman.membrane, stresses.shape[3]
+    rows = np.empty((own + drifts.shape[3], stresses[..., 0].size), dtype=np.float32)
+    for first in range(0, own, _TOGETHER):
+        part = slice(first, min(first + _TOGETHER, own))
+        rows[part] = membrane.weigh(stresses[..., part])
+    for first in range(0, drifts.shape[3], _TOGETHER):
+        fields = drifts[..., first : first + _TOGETHER]
+        forces = np.stack([spread_out(karman.mesh, component) for component in fields])
+        drifting = membrane.weigh(membrane.stress(membrane.strain(membrane.solve(forces))))
+        rows[own + first : own + first + len(drifting)] = -drifting
+    return rows
 
 
 def spread_out(mesh: Mesh, values: F64) -> F64:

@@ -20,7 +20,6 @@ from fe.arrays import F32, F64, I64
 from fe.elements.mesh import Mesh
 from fe.elements.rise import rise
 from fe.linear.membrane import pull, stretch
-from fe.reduced.basis import ReducedBasis, spread_out
 from fe.reduced.karman import Karman
 from fe.reduced.parallel import in_parallel
 from fe.reduced.sheet import samples
@@ -32,7 +31,7 @@ from fe.reduced.touch_shape import TouchShapes
 _STRIDE = 2
 _FEWEST = 10
 # Places that are computed at once: their slopes at all Gauss points are what takes memory.
-_TOGETHER = 12
+_TOGETHER = 6
 _FORM_STEPS = 20
 
 
@@ -86,20 +85,34 @@ class Forms:
         return self.moving.at(xy, weight).reshape(3, *self.row_shape)
 
 
-def forms(shapes: TouchShapes, basis: ReducedBasis, progress: Callable[[], object]) -> Forms:
-    """Compute the forms of a plate for a basis; `progress` is called `form_steps` times."""
+def forms(
+    shapes: TouchShapes, fixed: F64, work: F32, stresses: int, progress: Callable[[], object]
+) -> Forms:
+    """Compute the forms of a plate for a basis.
+
+    Parameters
+    ----------
+    shapes : TouchShapes
+    fixed : (2 nx + 2, 2 ny + 2, n) float64, mm
+        Fixed shapes of w.
+    work : (F - 1, 3 gx gy) float32
+        See `fe.reduced.basis.work_on_strain`.
+    stresses : int
+        M, of the forms how many are stresses.
+    progress : callable
+        Called `form_steps` times.
+    """
     karman = shapes.karman
     x, y = (_places(karman.mesh, axis) for axis in (0, 1))
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    stresses = _all_stresses(karman, basis)
-    local, moving, slopes = _local(shapes, stresses, places, progress)
-    fixed, mixed = _with_fixed(karman, basis.shapes, stresses, moving, progress)
-    del stresses, moving
+    local, moving, slopes = _local(shapes, work, places, progress)
+    paired, mixed = _with_fixed(karman, fixed, work, moving, progress)
+    del moving
     both = np.concatenate([mixed, local], axis=2).reshape(len(x), len(y), -1)
     del mixed, local
     tabled = table(karman.plate.size, both)
     seen = table(karman.plate.size, slopes.reshape(len(x), len(y), -1))
-    return Forms(basis.stresses.shape[-1], fixed.astype(np.float32), tabled, seen)
+    return Forms(stresses, paired.astype(np.float32), tabled, seen)
 
 
 def form_steps(mesh: Mesh) -> int:
@@ -116,16 +129,8 @@ def _parts(places: int) -> list[I64]:
     return np.array_split(np.arange(places), ceil(places / _TOGETHER))
 
 
-def _all_stresses(karman: Karman, basis: ReducedBasis) -> F64:
-    """Stresses of forms 1 to F - 1, (3, gx, gy, M + U) float64."""
-    forces = np.stack([spread_out(karman.mesh, component) for component in basis.drifts])
-    membrane = karman.membrane
-    drifting = membrane.stress(membrane.strain(membrane.solve(forces)))
-    return np.concatenate([basis.stresses, -drifting], axis=-1)
-
-
 def _with_fixed(
-    karman: Karman, shapes: F64, stresses: F64, moving: F32, progress: Callable[[], object]
+    karman: Karman, shapes: F64, work: F32, moving: F32, progress: Callable[[], object]
 ) -> tuple[F64, F32]:
     """Forms of a fixed shape with another and with what moves, one form after the other.
 
@@ -136,7 +141,7 @@ def _with_fixed(
     ----------
     karman : Karman
     shapes : (2 nx + 2, 2 ny + 2, bent) float64, mm
-    stresses : (3, gx, gy, F - 1) float64, N/mm
+    work : (F - 1, 3 gx gy) float32
     moving : (N, P, A) float32, mm
     progress : callable
         Called `_FORM_STEPS` times.
@@ -155,13 +160,17 @@ def _with_fixed(
         every = np.concatenate([shapes, rise(karman.plate, karman.mesh)], axis=2)
         energy = np.concatenate([energy, np.zeros((1, size))])
     n, slopes = every.shape[2], gauss.slopes(every)
-    fixed = np.zeros((1 + stresses.shape[-1], n, n))
+    fixed = np.zeros((1 + len(work), n, n))
     mixed = np.empty((places, len(fixed), functions, n), dtype=np.float32)
+
+    one_shear = np.array([1.0, 1.0, 0.5])[:, None, None, None]
 
     def fill(f: int) -> None:
         loads = energy
         if f > 0:
-            pulled = gauss.loads(*pull(stresses[..., f - 1, None], slopes))
+            # The shear stood for both off-diagonal parts.
+            stress = work[f - 1].reshape(3, *gauss.weights.shape, 1) * one_shear
+            pulled = gauss.gathered(*pull(stress, slopes))
             loads = pulled[free].reshape(size, n).T
         fixed[f, :, :bent] = loads @ own
         found = (loads.astype(np.float32) @ flat).reshape(n, places, functions)
@@ -178,7 +187,7 @@ def _with_fixed(
 
 
 def _local(
-    shapes: TouchShapes, stresses: F64, places: F64, progress: Callable[[], object]
+    shapes: TouchShapes, work: F32, places: F64, progress: Callable[[], object]
 ) -> tuple[F32, F32, F32]:
     """Forms of two functions that move with the same touch, and these functions.
 
@@ -192,10 +201,9 @@ def _local(
     """
     karman, grid = shapes.karman, samples(shapes.karman.mesh)
     gauss, free, functions = karman.membrane.gauss, karman.linear.free, len(shapes.factors)
-    weighed = karman.membrane.weigh(stresses)
     a, b = np.triu_indices(functions)
     size = karman.stiffness.shape[0]
-    local = np.empty((len(places), 1 + len(weighed), len(a)), dtype=np.float32)
+    local = np.empty((len(places), 1 + len(work), len(a)), dtype=np.float32)
     moving = np.empty((size, len(places), functions), dtype=np.float32)
     slopes = np.empty((len(places), grid.readings, functions), dtype=np.float32)
 
@@ -210,8 +218,8 @@ def _local(
             for slope in gauss.slopes(there.reshape(*there.shape[:2], -1))
         )
         pairs = stretch((along[..., a], across[..., a]), (along[..., b], across[..., b]))
-        stretched = np.float32(2.0) * (weighed @ pairs.reshape(weighed.shape[1], -1))
-        local[part, 1:] = stretched.reshape(len(weighed), len(part), -1).swapaxes(0, 1)
+        stretched = np.float32(2.0) * (work @ pairs.reshape(work.shape[1], -1))
+        local[part, 1:] = stretched.reshape(len(work), len(part), -1).swapaxes(0, 1)
         bent = (karman.stiffness @ flat.reshape(size, -1)).reshape(flat.shape)
         local[part, 0] = np.einsum("npk,npk->pk", flat[..., a], bent[..., b])
 

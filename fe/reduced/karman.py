@@ -15,8 +15,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, cg
 
-from fe.arrays import F64
-from fe.elements.factor import factor
+from fe.arrays import F64, I64, Mask
+from fe.elements.band import Ordered, by_nodes, cholesky_by
+from fe.elements.factor import Factor, factor
 from fe.elements.mesh import Mesh
 from fe.linear.energy import rigidities, stiffness
 from fe.linear.energy_minimum import min_energy_fraction
@@ -84,7 +85,7 @@ class Karman:
 
     def prepare(self) -> None:
         """Compute what all loads need, before threads ask for it at once."""
-        _ = self.linear.factor, self.membrane.factor, self.stiffness, self.pattern
+        _ = self.linear.factor, self.membrane.factor, self.stiffness, self.pattern, self.order
         if self.plate.shape is not None:
             _ = self.membrane.rest
 
@@ -103,9 +104,25 @@ class Karman:
     @cached_property
     def pattern(self) -> TensionPattern:
         """Where tension enters the stiffness."""
+        return tension_pattern(self.membrane.gauss, self.mesh.lines, self.free)
+
+    @cached_property
+    def free(self) -> Mask:
+        """Which unknowns (2 nx + 2, 2 ny + 2) no edge holds."""
         free = np.zeros(self.mesh.shape, dtype=bool)
         free[self.linear.free] = True
-        return tension_pattern(self.membrane.gauss, self.mesh.lines, free)
+        return free
+
+    @cached_property
+    def order(self) -> I64:
+        """Free unknowns (N,) in an order in which their stiffness has a narrow band."""
+        order, free = by_nodes(self.mesh, 1), self.free.ravel()
+        return (np.cumsum(free) - 1)[order[free[order]]]
+
+    def factored(self, matrix: sp.csc_array) -> Ordered | Factor:
+        """Factor a stiffness (N, N) of the free unknowns, which compression may make indefinite."""
+        # In a band it takes a quarter of the time that a sparse one does.
+        return cholesky_by(self.order, matrix) or factor(matrix)
 
     def solve(self, loads: F64, tolerance: float = 1e-9, start: F64 | None = None) -> Deflected:
         """Newton's method, from the linear solution cut back to least energy unless given a start.
@@ -153,7 +170,7 @@ class Karman:
         """Newton step from what is out of balance, to a part of it."""
         gauss, free, stress = self.membrane.gauss, self.linear.free, state.plane.stress
         slopes = self.membrane.steeper(gauss.slopes(state.values))
-        ready = factor(self.stiffness + self.tension(stress[..., 0]))
+        ready = self.factored(self.stiffness + self.tension(stress[..., 0]))
 
         def table(vector: F64) -> F64:
             values = np.zeros(state.values.shape)

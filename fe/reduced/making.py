@@ -10,15 +10,14 @@ from fe.elements.mesh import Mesh, even_grid, mesh_for
 from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
-from fe.reduced.basis import ReducedBasis, basis, stretching_work
+from fe.reduced.basis import ReducedBasis, at_nodes, basis, work_on_strain
 from fe.reduced.forms import form_steps, forms
-from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
 from fe.reduced.parallel import Steps
 from fe.reduced.reduced import Reduced
 from fe.reduced.symmetry import symmetries
 from fe.reduced.touch_shape import TouchShapes, touch_shapes
-from fe.reduced.training import copied, sample, snapshots, split
+from fe.reduced.training import sample, snapshots, split
 
 # Elements for the side of a square, and the part of the shorter one that the rim takes along each
 # edge. Elements of the rim are smaller: where a clamped edge meets a free one strain is singular,
@@ -62,30 +61,24 @@ def reduced_plate(
     # A quarter of the states with four copies of each left an error of 13 %, a half of them 1 %.
     touches = sample(plate, force, max(len(symmetries(plate, mesh)) // 2, 1))
     steps = Steps(progress, len(touches) + form_steps(mesh))
-    shapes = touch_shapes(karman)
-    found, largest = _trained(shapes, touches, steps.one)
-    gauss = karman.membrane.gauss
-    x, y = (
-        between(axis.places, at) for axis, at in zip((gauss.x, gauss.y), mesh.nodes, strict=True)
-    )
-    nodal = np.einsum("ig,jh,cghm->ijcm", x, y, found.stresses, optimize=True)
-    fitted = forms(shapes, found, steps.one)
-    moved = np.zeros((*mesh.shape, fitted.fixed.shape[1]))
-    moved[:, :, : found.shapes.shape[2]] = found.shapes
-    return Reduced(plate, mesh, fitted, moved, nodal, found.drifts, largest)
+    moving = touch_shapes(karman)
+    shapes, stresses, drifts, stretched = _trained(moving, touches, steps.one)
+    nodal, work = at_nodes(karman, stresses), work_on_strain(karman, stresses, drifts)
+    del stresses  # as large as all that is kept
+    fitted = forms(moving, shapes, work, nodal.shape[3], steps.one)
+    fixed = np.zeros((*mesh.shape, fitted.fixed.shape[1]))
+    fixed[:, :, : shapes.shape[2]] = shapes
+    return Reduced(plate, mesh, fitted, fixed, nodal, drifts, stretched)
 
 
 def _trained(
     shapes: TouchShapes, touches: list[tuple[Touch, ...]], progress: Callable[[], object]
-) -> tuple[ReducedBasis, float]:
-    """Find the basis of states under touches and under their copies, and their largest stretch."""
+) -> ReducedBasis:
+    """Find the basis of states under touches and under their copies."""
     karman = shapes.karman
     states = snapshots(karman, touches, progress)
     ways = symmetries(karman.plate, karman.mesh)
-    found = basis(karman, states, split(shapes, states), ways)
-    values = copied(lambda way: way.deflections(states.values), ways)
-    stretches = stretching_work(karman, found.stresses, values)
-    return found, float(np.linalg.norm(stretches, axis=0).max())
+    return basis(karman, states, split(shapes, states), ways)
 
 
 def _mesh(plate: Plate) -> Mesh:

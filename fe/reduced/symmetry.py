@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from fe.arrays import F64
+from fe.arrays import F64, I64
 from fe.elements.mesh import Mesh
 from fe.plate.edges import EVEN, Edges, taper_of
 from fe.plate.plate import Plate, Touch
@@ -26,6 +27,11 @@ class Symmetry(NamedTuple):
 
     exchange: bool
     mirror: tuple[bool, bool]
+
+    @property
+    def turn(self) -> F64:
+        """Matrix (2, 2) that moves places about the middle of the plate."""
+        return np.diag(np.where(self.mirror, -1.0, 1.0)) @ np.eye(2)[:: -1 if self.exchange else 1]
 
     def touch(self, touch: Touch, size: tuple[float, float]) -> Touch:
         """Move a touch along with the plate of sides `size` mm."""
@@ -53,8 +59,16 @@ class Symmetry(NamedTuple):
         moved = stress.swapaxes(1, 2)[[1, 0, 2]] if self.exchange else stress
         for axis, mirrored in enumerate(self.mirror, start=1):
             moved = np.flip(moved, axis) if mirrored else moved
-        sheared = -1.0 if self.mirror[0] != self.mirror[1] else 1.0
-        return moved * np.array([1.0, 1.0, sheared])[:, None, None, None]
+        if self.mirror[0] != self.mirror[1]:
+            moved = moved * np.array([1.0, 1.0, -1.0])[:, None, None, None]
+        return moved
+
+
+def from_to(ways: Sequence[Symmetry]) -> I64:
+    """Find the number (W, W) of the way that leads from the copy by one to that by another."""
+    turns = np.stack([way.turn for way in ways])
+    between = np.einsum("gji,hjk->ghik", turns, turns)
+    return (between[:, :, None] == turns).all(axis=(3, 4)).argmax(axis=2)
 
 
 IDENTITY = Symmetry(False, (False, False))

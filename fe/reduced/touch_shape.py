@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe.arrays import F64
-from fe.elements.factor import Factor, factor
+from fe.elements.band import Ordered
+from fe.elements.factor import Factor
 from fe.elements.functional import derivative
 from fe.reduced.karman import Karman
 
@@ -30,13 +31,13 @@ class TouchShapes:
     ----------
     karman : Karman
     tensions : (A - 1,) float64, N/mm
-    factors : tuple of Factor
+    factors : tuple of Ordered or Factor
         Of the stiffness under no tension and under each of them.
     """
 
     karman: Karman
     tensions: F64
-    factors: tuple[Factor, ...]
+    factors: tuple[Ordered | Factor, ...]
 
     def solve(self, loads: F64) -> F64:
         """Solutions g, h_1, ... under generalised loads.
@@ -95,5 +96,5 @@ def touch_shapes(karman: Karman) -> TouchShapes:
     rigidity = np.median(karman.rigidities)
     tensions = np.array(_TENSIONS) * rigidity / min(karman.plate.size) ** 2
     pull = karman.tension(even)
-    stiffened = (factor(karman.stiffness + tension * pull) for tension in tensions)
-    return TouchShapes(karman, tensions, (karman.linear.factor, *stiffened))
+    factors = (karman.factored(karman.stiffness + tension * pull) for tension in (0.0, *tensions))
+    return TouchShapes(karman, tensions, tuple(factors))

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fe.arrays import F64
+from fe.elements.band import cholesky
 from fe.elements.functional import derivative, recovered
 from fe.linear.linear import Face, height
-from fe.shell.band import cholesky
 from fe.shell.measure import ORDERS, strain_variation, surface, turning
 from fe.shell.state import ShellState
 
@@ -98,7 +98,7 @@ def shell_influence(state: ShellState, gauges: ArrayLike, face: Face = "top") ->
     shell, mesh = state.shell, state.mesh
     free = shell.support(state.base).free
     factor = None
-    if state.stability.converged:
+    if state.stability.tangent_known:
         factor = cholesky(free.T @ shell.system.tangent(state.values.ravel()) @ free)
     if factor is None:
         raise ValueError(

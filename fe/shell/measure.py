@@ -66,8 +66,10 @@ def surface(g: F64) -> BentSurface:
     flat = np.eye(2, 3)
     tangents = flat + g[:, :2]
     cross = np.cross(tangents[:, 0], tangents[:, 1])
-    normal = cross / np.linalg.norm(cross, axis=1, keepdims=True)
-    duals = np.linalg.inv(tangents @ tangents.swapaxes(1, 2)) @ tangents
+    area = np.linalg.norm(cross, axis=1, keepdims=True)
+    normal = cross / area
+    dual = np.cross(tangents[:, 1], normal), np.cross(normal, tangents[:, 0])
+    duals = np.stack(dual, axis=1) / area[:, None]
     linear = g[:, :2] @ flat.T
     strain = 0.5 * (linear + linear.swapaxes(1, 2) + g[:, :2] @ g[:, :2].swapaxes(1, 2))
     curvature = np.einsum("kc,kabc->kab", normal, g[:, _SECOND])

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.arrays import F64
-from fe.shell.band import Band, cholesky
+from fe.elements.band import Band, cholesky
 from fe.shell.problem import TINY, Problem
 from fe.shell.unstable_direction import leave_unstable
 

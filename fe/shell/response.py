@@ -12,11 +12,11 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
 
 from fe.arrays import F64
+from fe.elements.band import Band, cholesky
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh
 from fe.linear.linear import Face, height
 from fe.plate.plate import Plate
-from fe.shell.band import Band, cholesky
 from fe.shell.base import Base
 from fe.shell.measure import surface
 from fe.shell.shell import Shell
@@ -200,7 +200,7 @@ class _Tangent:
         """Factor the tangent of a state."""
         shell, factor = state.shell, None
         free = shell.support(state.base).free
-        if state.stability.converged:
+        if state.stability.tangent_known:
             factor = cholesky(free.T @ shell.system.tangent(state.values.ravel()) @ free)
         if factor is None:
             raise ValueError(

@@ -10,6 +10,7 @@ from math import nan
 import numpy as np
 
 from fe.arrays import F64
+from fe.elements.band import cholesky
 from fe.elements.mesh import Mesh, even_grid, mesh_for
 from fe.elements.refinement import refined
 from fe.linear.buckling import check_buckling
@@ -19,8 +20,8 @@ from fe.linear.mesh_error import less_mesh
 from fe.plate.loads import Load
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
-from fe.shell.band import cholesky
 from fe.shell.base import Base, bow, check_base
+from fe.shell.extended import refine
 from fe.shell.meshes import pressed_mesh
 from fe.shell.newton import Equilibrium, equilibrium
 from fe.shell.problem import Problem
@@ -32,7 +33,7 @@ from fe.shell.system import System
 # Elements along the side of a square on which a base is bent before a finer mesh takes over.
 _COARSE = 20
 
-# Patches stiffer than 1e9 times the rest round off so much that the digits run out.
+# Patches stiffer than 1e12 times the rest round off so much that the digits run out.
 _MAX_RESIDUAL = 1e-6
 
 # A path is followed in steps halved down to this part of it.
@@ -94,7 +95,7 @@ class Shell:
                 "stiffness of the plate must hold it by more than rounding, got springs of "
                 f"{self.plate.sides} edges or patches too soft for it; hold the edges more firmly"
             )
-        return smallest(tangent, free.T @ self.system.mass @ free, factor)
+        return smallest(tangent, free.T @ self.system.mass @ free, factor).value
 
     def at(self, base: Base) -> ShellState:
         """Bend and twist the plate by its clamps.
@@ -211,13 +212,14 @@ class Shell:
         applied: tuple[Load, ...] = (),
     ) -> ShellState:
         """State of an equilibrium, with the iterations and escapes before it counted in."""
-        free, eigenvalue = self.support(base).free, nan
-        residual = self._problem(base, loads.ravel()).residual(found.values)
+        problem, eigenvalue = self._problem(base, loads.ravel()), nan
+        found, residual = _in_balance(problem, found)
         converged = found.converged and before.converged and residual <= _MAX_RESIDUAL
         if converged:
+            free = problem.support.free
             tangent = free.T @ self.system.tangent(found.values) @ free
             mass = free.T @ self.system.mass @ free
-            eigenvalue = smallest(tangent, mass, found.factor) / self.reference_eigenvalue
+            eigenvalue = smallest(tangent, mass, found.factor).known / self.reference_eigenvalue
         escapes = before.escapes + found.escapes
         iterations = before.iterations + found.iterations
         unjudged = Stability(Verdict.NOT_CONVERGED, residual, iterations, eigenvalue, escapes, nan)
@@ -282,6 +284,15 @@ def _check_held_in_plane(plate: Plate) -> None:
             f"plate edges must hold a plate that bends far in its plane too, got {edges}; "
             "clamp or support one or give an elastic one a membrane spring"
         )
+
+
+def _in_balance(problem: Problem, found: Equilibrium) -> tuple[Equilibrium, float]:
+    """Refine an equilibrium where double precision leaves too much; and what is left over."""
+    residual = problem.residual(found.values)
+    if not found.converged or residual <= _MAX_RESIDUAL:
+        return found, residual
+    values, residual = refine(problem, found.values, found.factor)
+    return replace(found, values=values), residual
 
 
 def _follow(problem: Callable[[float], Problem], start: F64) -> Equilibrium:

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from math import isnan, nan
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fe.elements.band import Band, Compressed
 from fe.linear.demand import OVERSTRAINED
-from fe.shell.band import Band, Compressed
 
 # A stiffness against snapping that has fallen to this part of that at rest is called near.
 NEAR = 0.02
+
+# An eigenvalue is known where rounding is bounded by this part of it. The bound was seen to be 3 to
+# 10 times what rounding does.
+_KNOWN = 0.05
+_ROUNDING = float(np.finfo(np.float64).eps)
 
 
 class Verdict(Enum):
@@ -28,6 +35,10 @@ class Verdict(Enum):
         "back to it; it is stable there"
     )
     OVERSTRAINED = OVERSTRAINED
+    UNRESOLVED = (
+        "an equilibrium was found, but its parts are so unlike in stiffness that rounding hides "
+        "whether it is stable"
+    )
     NOT_CONVERGED = "no equilibrium was found: the values are those of the last iteration"
 
 
@@ -39,14 +50,15 @@ class Stability:
     ----------
     verdict : Verdict
     residual : float
-        Forces left over, in parts of the element forces that cancel in them.
+        Forces left over, in parts of the element forces that cancel in them; where stiff parts make
+        more than 1e-6 of the rounding of displacements alone, before they are rounded.
     iterations : int
         Newton iterations on the way, all of them.
     eigenvalue : float
         Smallest eigenvalue of the tangent against the mass, in parts of that of the plate at
         rest: the square of the lowest natural frequency in parts of that at rest. It does not
         depend on the mesh; 1 at rest, 0 at a limit point or a branching; NaN where no equilibrium
-        was found.
+        was found, or rounding hides it.
     escapes : int
         How often the tangent ceased to be positive on the way, where the shape that was followed
         may have ended.
@@ -67,11 +79,18 @@ class Stability:
         """Whether this is an equilibrium."""
         return self.verdict is not Verdict.NOT_CONVERGED
 
+    @property
+    def tangent_known(self) -> bool:
+        """Whether its tangent stiffness is known, and with it what small touches do."""
+        return self.converged and self.verdict is not Verdict.UNRESOLVED
+
 
 def judge(converged: bool, eigenvalue: float, escapes: int, demand: float) -> Verdict:
     """Put the worst that is known into a verdict."""
     if not converged:
         return Verdict.NOT_CONVERGED
+    if isnan(eigenvalue):
+        return Verdict.UNRESOLVED
     if demand > 1.0:
         return Verdict.OVERSTRAINED
     if eigenvalue < NEAR:
@@ -79,7 +98,26 @@ def judge(converged: bool, eigenvalue: float, escapes: int, demand: float) -> Ve
     return Verdict.OTHER_BRANCH if escapes else Verdict.STABLE
 
 
-def smallest(tangent: Compressed, mass: Compressed, factor: Band) -> float:
+class Eigenvalue(NamedTuple):
+    """Smallest eigenvalue of a tangent against the mass.
+
+    Attributes
+    ----------
+    value : float, N/mm³
+    rounding : float, N/mm³
+        Bound on what the rounding of the tangent makes of it.
+    """
+
+    value: float
+    rounding: float
+
+    @property
+    def known(self) -> float:
+        """The value, NaN where rounding hides it."""
+        return self.value if self.rounding <= _KNOWN * self.value else nan
+
+
+def smallest(tangent: Compressed, mass: Compressed, factor: Band) -> Eigenvalue:
     """Smallest eigenvalue of tangent - λ mass, by Lanczos on the inverse.
 
     Parameters
@@ -91,7 +129,7 @@ def smallest(tangent: Compressed, mass: Compressed, factor: Band) -> float:
     """
     inverse = LinearOperator(tangent.shape, matvec=factor.solve)  # pyright: ignore[reportCallIssue]
     start = np.random.default_rng(0).standard_normal(len(factor.scale))
-    found = eigsh(
+    (value,), modes = eigsh(
         tangent,
         k=1,
         M=mass,
@@ -100,6 +138,7 @@ def smallest(tangent: Compressed, mass: Compressed, factor: Band) -> float:
         v0=start,
         tol=1e-6,  # pyright: ignore[reportArgumentType]
         ncv=12,
-        return_eigenvectors=False,
     )
-    return float(found[0])
+    # Its vectors have mass 1.
+    sizes = np.abs(modes[:, 0])
+    return Eigenvalue(float(value), _ROUNDING * float(sizes @ (abs(tangent) @ sizes)))

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from fe.arrays import F64, I64, Mask
+from fe.arrays import F64, Mask
+from fe.elements.band import by_nodes
 from fe.elements.edge_gram import edge_gram
 from fe.elements.hermite import hermite
 from fe.elements.mesh import Mesh
@@ -66,7 +67,7 @@ def support(plate: Plate, mesh: Mesh, west: Motion = UNMOVED, east: Motion = UNM
         lift[first, 1::2] = uy * change[:, 1]
         lift[first + 1, 0::2] = ux * change[:, 0]
         axes[first + 1] = motion.turn
-    size, order = held.size, _by_nodes(mesh)
+    size, order = held.size, by_nodes(mesh, 3)
     blocks = sp.bsr_array(
         (axes.reshape(-1, 3, 3), np.arange(size // 3), np.arange(size // 3 + 1)), shape=(size, size)
     )
@@ -84,14 +85,6 @@ def _held(plate: Plate, mesh: Mesh) -> Mask:
             table[value, :, 2] |= isinf(edge.springs.deflection)
             table[value + 1, :, 2] |= isinf(edge.springs.rotation)
     return held
-
-
-def _by_nodes(mesh: Mesh) -> I64:
-    """Flattened unknowns in the order of their nodes, those along the shorter side together."""
-    index = np.arange(mesh.shape[0] * mesh.shape[1] * 3)
-    nodes = index.reshape(mesh.shape[0] // 2, 2, mesh.shape[1] // 2, 2, 3)
-    slow, fast = (0, 2) if mesh.counts[0] >= mesh.counts[1] else (2, 0)
-    return nodes.transpose(slow, fast, 1, 3, 4).ravel()
 
 
 def springs(plate: Plate, mesh: Mesh) -> sp.csr_array:

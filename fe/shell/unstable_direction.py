@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fe.arrays import F64
-from fe.shell.band import Band
+from fe.elements.band import Band
 from fe.shell.problem import Problem
 
 # First length of the way, largest deflection in parts of the thickness; then it is doubled.

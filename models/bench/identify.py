@@ -149,10 +149,7 @@ def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float
     given = zip(problem.presses, state.touches, scatters(problem.apart, on, state), strict=True)
     for press, touch, scatter in given:
         residual = press.measured - through(on, press).read(touch[None])[0]
-        for k, size in enumerate(_DISCREPANCIES):
-            lower = scatter.factor(float(size))
-            white = solve_lower(lower, residual)
-            likelihood[k] -= 0.5 * float(white @ white) + float(np.log(np.diag(lower)).sum())
+        likelihood += [scatter.likelihood(residual, float(size)) for size in _DISCREPANCIES]
     return float(_DISCREPANCIES[np.argmax(likelihood)])
 
 
@@ -203,7 +200,7 @@ def _described(
 ) -> BenchEstimate:
     normal, _, _ = reduced(problem, state, terms, 0.0)
     numbers = len(problem.scales)
-    slope = _shared_slope(problem, on, state, terms, bench.discrepancy)
+    slope = _shared_slope(problem, on, state, bench.discrepancy)
     spread = widened(normal, slope)[:numbers, :numbers]
     index = np.flatnonzero(problem.free)
     values, covariance = state.values.copy(), problem.prior.covariance.copy()
@@ -273,25 +270,24 @@ def widened(normal: F64, slope: F64) -> F64:
     return np.asarray(spread, dtype=np.float64)
 
 
-def _shared_slope(
-    problem: JointProblem, on: BenchForward, state: State, terms: list[Term], discrepancy: float
-) -> F64:
+def _shared_slope(problem: JointProblem, on: BenchForward, state: State, discrepancy: float) -> F64:
     """Covariance (P + R, P + R) that an error of the model shared by all presses gives the slope.
 
     What a model leaves out it leaves out of every press: such an error does not average as noise
     does, and moves the bench as far as the presses are alike. In the scatter of the presses it
-    counts as that of each; that part is taken off, or it would count twice.
+    counts as that of each; that part is taken off, or it would count twice. What a touch of unknown
+    force takes of Young's modulus it takes here to the last digit: the error of a strong touch is
+    many times its noise.
     """
     size = len(problem.scales) + problem.noises
     shared_by_all = np.zeros((size, len(on.whitening)))
     of_each = np.zeros((size, size))
-    given = zip(
-        terms, problem.factors, problem.presses, state.touches, problem.labels.sigmas, strict=True
-    )
-    for term, factor, press, touch, sigma in given:
+    sigmas = problem.labels.sigmas
+    given = zip(problem.factors, problem.presses, state.touches, sigmas, strict=True)
+    for factor, press, touch, sigma in given:
         seen = through(on, press)
         _, own, shared = whiten_all(problem, seen, factor, press, touch)
-        along = np.linalg.solve(term.own + np.diag(sigma**-2.0), term.mixed.T)
+        along = np.linalg.solve(own.T @ own + np.diag(sigma**-2.0), own.T @ shared)
         error = np.sqrt(own_error(seen.read(touch[None])[0]))
         slope = error * (shared - own @ along).T @ solve_lower(factor, np.eye(len(factor)))
         shared_by_all += slope

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -180,6 +181,17 @@ class Scatter(NamedTuple):
         spread = self.even(discrepancy) * np.eye(len(self.left))
         spread += self.memory**2 * np.outer(self.left, self.left)
         return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
+
+    def likelihood(self, residual: F64, discrepancy: float) -> float:
+        """Logarithm of the likelihood of a residual (m,), but for a constant.
+
+        For an error of the model. By the formulas of Sherman and Morrison: but for what is left in
+        the plate the scatter is even.
+        """
+        even, left = self.even(discrepancy), self.memory * self.left
+        along = even + float(left @ left)
+        chi2 = (float(residual @ residual) - float(left @ residual) ** 2 / along) / even
+        return -0.5 * (chi2 + log(along) + (len(left) - 1) * log(even))
 
 
 def weighed(

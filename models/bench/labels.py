@@ -2,7 +2,7 @@
 
 A list says how well it was made; what the presses show of it says more. All places err by one σ and
 all forces by another, found by expectation maximisation from what is left between labels and
-touches; what is stated counts as a few labels. One that lies far beyond is believed the less.
+touches; what is stated counts as one more label. One that lies far beyond is believed the less.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from models.arrays import F64, Mask
 
 _PARTS = slice(0, 2), slice(2, 3)  # place and force
-_STATED = 4.0  # labels that a stated σ counts as
+_STATED = 1.0  # labels that a stated σ counts as: a usual one may be off by a factor of two
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _OFFSET = 2.0  # standard deviations by which all places may lie to one side by chance
 _MEDIAN = 0.9  # of the larger of one or two deviates, in standard deviations

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtri
 
 import fe
 from models.arrays import F64
@@ -99,7 +100,7 @@ def marginal(
     The plate may still show traces of touches that ended, `left`.
     """
     lower = np.linalg.cholesky(scatter(forward, bench, touches, left))
-    whitening = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
+    whitening = dtrtri(lower.T)[0].T  # the inverse; LAPACK reads columns, so its transpose
     shift = likely_shift(forward, bench, touches)
     if len(left):
         shift = shift + left.shown(forward, bench)[0]

@@ -114,7 +114,7 @@ class PreparedShape:
         estimate, pattern, count = _NOTHING, self.pattern, self.response.count
         left, measured = np.zeros(count) if rest is None else rest, np.empty(0)
         for _ in range(_PASSES):
-            sums = tile_sums(self.shown, frame, pattern.motions.flow(motion))
+            sums = tile_sums(self.shown, frame, *pattern.motions.flow_and_gradient(motion))
             right = pattern.gradient(sums, motion) - pattern.normal[:, :count] @ left
             before, measured = motion, pattern.whiten(right, self.noise)
             estimate = self._fitted(measured, touches)
@@ -123,7 +123,7 @@ class PreparedShape:
             motion[:count] += left
             if pattern.motions.max_motion(motion - before) < _SETTLED:
                 break
-        sums = tile_sums(self.shown, frame, pattern.motions.flow(motion))
+        sums = tile_sums(self.shown, frame, *pattern.motions.flow_and_gradient(motion))
         misfit = float(np.median(sums.ee[~pattern.hidden])) / self.shown.tiles.size**2
         return self._judged(estimate, motion, misfit, measured, resting=rest is not None)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from models.arrays import F64, Mask
-from models.dynamics.follow import About, ExposedFrame, Followed, follow
+from models.dynamics.follow import About, ExposedFrame, Followed, averaged, follow
 from models.dynamics.landing import Landing
 from models.dynamics.vibration import FORCE, Vibration
 
@@ -63,6 +63,11 @@ class Bank:
     begun: tuple[Member, ...] = ()
     before: tuple[Member, ...] = ()
     last: ExposedFrame | None = None
+
+    @property
+    def weights(self) -> F64:
+        """How likely each filter is by all it has seen, (f,)."""
+        return _weights(self.members)
 
     @property
     def best(self) -> Vibration:
@@ -203,13 +208,21 @@ def _passed(
     about = about or _expected(members[0].vibration, view)
     passed = [_after(one, view, about) for one in members]
     passed.sort(key=lambda pair: -pair[0].likelihood)
-    best, followed = passed[0]
-    kept = [
-        replace(one, vibration=one.vibration.compressed(view.seeing.size))
-        for one, _ in passed
-        if one.likelihood > best.likelihood - _HOPELESS
-    ]
-    return tuple(kept) if best.vibration.count else (kept[0],), followed
+    best = passed[0][0]
+    passed = [pair for pair in passed if pair[0].likelihood > best.likelihood - _HOPELESS]
+    if not best.vibration.count:
+        passed = passed[:1]
+    kept = tuple(
+        replace(one, vibration=one.vibration.compressed(view.seeing.size)) for one, _ in passed
+    )
+    return kept, averaged([each for _, each in passed], _weights(kept))
+
+
+def _weights(members: tuple[Member, ...]) -> F64:
+    """How likely each filter is, (f,), of all of them together."""
+    likelihood = np.array([one.likelihood for one in members])
+    weights = np.exp(likelihood - likelihood.max())
+    return weights / weights.sum()
 
 
 def _after(one: Member, view: ExposedFrame, about: About) -> tuple[Member, Followed]:

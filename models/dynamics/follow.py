@@ -6,6 +6,7 @@ An extended Kalman filter whose covariance is kept as a factor of few columns (V
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import NamedTuple
@@ -119,6 +120,22 @@ def follow(before: Vibration, view: ExposedFrame, agility: float, about: About) 
         posterior.likelihood - 0.5 * (beside + missed) - spread,
         (missed - posterior.explained - len(white)) / sqrt(2.0 * len(white)),
     )
+
+
+def averaged(followed: Sequence[Followed], weights: F64) -> Followed:
+    """Average what several filters (f,) make of a frame, by how likely each is.
+
+    Forces, and what is known of them and the places: filters that differ know less than the
+    likeliest alone (Hoeting et al. 1999, equations 5 and 6). All else is that of the first.
+    """
+    first = followed[0]
+    forces = weights @ [one.forces for one in followed]
+    factors: list[F64] = []
+    for one, weight in zip(followed, weights.tolist(), strict=True):
+        away = one.vibration.touches[:, :2] - first.vibration.touches[:, :2]
+        apart = np.column_stack([away, one.forces - forces])[:, :, None]
+        factors.append(sqrt(weight) * np.concatenate([one.touch_factor, apart], axis=2))
+    return replace(first, forces=forces, touch_factor=np.concatenate(factors, axis=2))
 
 
 class _Posterior(NamedTuple):

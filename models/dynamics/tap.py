@@ -56,8 +56,7 @@ def state_tap(bank: Bank, index: int, shown: list[float], enough: int) -> Tap:
         Frames below which no force is stated.
     """
     rng = np.random.default_rng(_SEED)
-    weights = np.exp([one.likelihood for one in bank.members])
-    counts = rng.multinomial(_DRAWS, weights / weights.sum())
+    counts = rng.multinomial(_DRAWS, bank.weights)
     largest: list[F64] = []
     when: list[F64] = []
     for one, count in zip(bank.members, counts.tolist(), strict=True):

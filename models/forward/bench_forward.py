@@ -37,7 +37,6 @@ _CARRIED = 2.0
 _CHANGED = 2e-3
 # Of the shorter side, by which a touch may have moved for that: weak ones change little anywhere.
 _BESIDE = 1e-3
-_LIGHT = 0.3  # N: a touch whose shape is that of the linear plate
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +108,7 @@ class BenchFields:
 
     def response(self, xy: F64) -> F64:
         """Amplitudes per N of all functions under a light touch at each place, (n, K)."""
-        touches = [np.array([[x, y, _LIGHT]]) for x, y in np.asarray(xy)]
-        pressed = [self.seen_of(self.bench.press(touch)) for touch in touches]
-        return np.array(pressed)[:, : self.count] / _LIGHT
+        return (light_touches(self.bench, xy) @ self.seeing.T)[:, : self.count]
 
     def amplitudes(self, xy: F64, force: F64) -> F64:
         """Amplitudes seen under touches (n, 2) mm and (n,) N, (K + U,)."""
@@ -193,6 +190,9 @@ class BenchForward:
     whitening: F64
     rolled: Rolled | None = None
     _left: dict[bytes, F64] = field(default_factory=dict[bytes, F64], repr=False)
+    _last: dict[int, tuple[fe.Pressed, F64, F64]] = field(
+        default_factory=dict[int, "tuple[fe.Pressed, F64, F64]"], repr=False
+    )
 
     @property
     def plate(self) -> fe.Plate:
@@ -228,34 +228,39 @@ class BenchForward:
 
     def response(self, xy: F64) -> F64:
         """See `Forward.response`."""
-        touches = [np.array([[x, y, _LIGHT]]) for x, y in np.asarray(xy)]
-        pressed = np.array([self.fields.bench.press(touch).values for touch in touches])
-        return pressed @ self.reading.T / _LIGHT
+        return light_touches(self.fields.bench, xy) @ self.reading.T
 
     def read(self, touches: F64) -> tuple[F64, F64]:
         """See `Forward.read`."""
         if not len(touches):
             return np.zeros(len(self.whitening)), np.empty((0, len(self.whitening)))
-        return self._carried(touches) or self._read(self.fields.state(touches))
+        state = self._about(touches)
+        values, jacobian = self._read(state)
+        return values + (touches - state.touches).ravel() @ jacobian, jacobian
 
-    def _carried(self, touches: F64) -> tuple[F64, F64] | None:
-        """Read touches from the derivatives of the last state, where they moved so little."""
+    def _about(self, touches: F64) -> fe.Pressed:
+        """State of touches (n, 3), or the last one, where they moved so little since."""
         near = self.fields.beside(touches)
-        if near is None:
-            return None
-        values, jacobian = self._read(near)
-        change = (touches - near.touches).ravel() @ jacobian
-        return (values + change, jacobian) if change @ change < _CARRIED**2 else None
+        if near is not None:
+            change = (touches - near.touches).ravel() @ self._read(near)[1]
+            if change @ change < _CARRIED**2:
+                return near
+        return self.fields.state(touches)
 
     def _read(self, state: fe.Pressed) -> tuple[F64, F64]:
-        return self.reading @ state.values, (self.reading @ state.jacobian()).T
+        """Measurement (m,) of a state, and by its touches, (3n, m); those of the last are kept."""
+        known = self._last.get(len(state.touches))
+        if known is None or known[0] is not state:
+            known = state, self.reading @ state.values, (self.reading @ state.jacobian()).T
+            self._last[len(state.touches)] = known
+        return known[1:]
 
     def by_bench(self, touches: F64) -> F64:
         """Compute derivatives of the measurement by every number of the bench, (50, m)."""
         derivatives = np.zeros((len(BENCH), len(self.whitening)))
         if not len(touches):
             return derivatives
-        state = self.fields.state(touches)
+        state = self._about(touches)
         derivatives[:_PLATE] = (self.reading @ state.by_parameters()).T
         if self.fields.seen is not None:
             seen = self.fields.seen
@@ -270,7 +275,7 @@ class BenchForward:
         """
         if self.rolled is None or not len(touches):
             return np.zeros((touches.size, len(self.whitening)))
-        seen = self.fields.seeing @ self.fields.state(touches).jacobian()
+        seen = self.fields.seeing @ self._about(touches).jacobian()
         own = np.repeat(read_at(self.rolled.places, touches[:, :2]), 3)
         return (self.rolled.reading @ seen - self.whitening @ (seen * own)).T
 
@@ -304,7 +309,7 @@ class BenchForward:
 
     def apart(self) -> BenchForward:
         """Return the same forward model for another thread: it remembers no state of this one."""
-        return replace(self, fields=replace(self.fields, _near={}), _left={})
+        return replace(self, fields=replace(self.fields, _near={}), _left={}, _last={})
 
     def moved(self, values: F64) -> BenchForward:
         """Return the same measurement on a bench near by, (50,), its camera to first order."""
@@ -317,4 +322,14 @@ class BenchForward:
     def on(self, values: F64, seen: Seen | None) -> BenchForward:
         """Return the same measurement on another bench, (50,), through what its camera sees."""
         bench = fe.BenchPlate(self.fields.bench.modal, values[:_PLATE])
-        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _left={})
+        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _left={}, _last={})
+
+
+def light_touches(bench: fe.BenchPlate, xy: F64) -> F64:
+    """Amplitudes of the plate per N of a light touch at each place, (n, 2) mm → (n, all of them).
+
+    Touches without any force leave the plate at rest, and what it does by each of their forces is
+    one solution for all.
+    """
+    resting = bench.press(np.column_stack([xy, np.zeros(len(xy))]))
+    return resting.jacobian()[:, 2::3].T

@@ -11,16 +11,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 import synthetic
-from dic import Tiles
 from models.arrays import F64
-from models.forward.image_motion import (
-    Field,
-    InPlane,
-    at_middles,
-    plate_motions,
-    tile_mean,
-    with_tilts,
-)
+from models.forward.face import Face, local_view, seen_face
+from models.forward.image_motion import SKIRT, InPlane, plate_motions, with_tilts
 from models.forward.tile_pattern import TilePattern
 
 CAMERA = (
@@ -103,29 +96,41 @@ class CameraChange:
         The plate is thicker by a factor, of which `thicker` is the logarithm. The motion of the
         tiles by each field is resolved as that of an image is, see `TilePattern.resolving`: what
         resembles a shift of the camera is taken for one. Only a pinhole has such numbers.
-        Derivatives take ten times as long as what is seen, and are those of `near` where it is
+        Derivatives take four times as long as what is seen, and are those of `near` where it is
         given.
         """
         camera, height = self.camera, self.height * exp(thicker)
         if isinstance(camera, synthetic.Camera):
             camera = varied(camera, self._middle, values)
         uneven = self._uneven(values, height)
-        matrix = self._seen(camera, height, uneven)
+        face = self._face(camera, height)
+        motion = face.motion(face.view.places)
+        every = face.among(self._resolving) @ face.seen(motion) + self._over_tiles
+        matrix = self._even(every, uneven)
         if near is not None:
             return near._replace(matrix=matrix, uneven=uneven)
-        swollen = self._seen(camera, height * exp(_THICKER), uneven)
-        by_thickness = (swollen - matrix) / _THICKER
-        derivatives = self._derivatives(values, height, matrix, uneven)
-        return Seen(matrix, derivatives, by_thickness, uneven)
+        return Seen(matrix, *self._derivatives(values, camera, face, motion, uneven), uneven)
 
-    def _derivatives(self, values: F64, height: float, matrix: F64, uneven: F64) -> F64:
-        """Differentiate the amplitudes by each number of a pinhole, (9, K, A)."""
-        derivatives = np.zeros((len(_STEPS), *matrix.shape))
+    def _derivatives(
+        self, values: F64, camera: synthetic.AnyCamera, face: Face, motion: F64, uneven: F64
+    ) -> tuple[F64, F64]:
+        """Differentiate the amplitudes by the numbers of a pinhole, (9, K, A), and by thickness."""
+        px, plate, height = self.pattern.motions.tiles.xy[face.on], face.fields.plate, face.height
+        grown, exact = face.with_gradient(motion), face.among(self._resolving)
+        resolving = exact.astype(np.float32)
+
+        def by(other: synthetic.AnyCamera, height: float, step: float) -> F64:
+            changed = resolving @ face.changed(local_view(other, plate, height, px), grown)
+            return self._even(changed.astype(np.float64), uneven) / step
+
+        derivatives = np.zeros((len(_STEPS), self.pattern.count, motion.shape[2]))
         if isinstance(self.camera, synthetic.Camera):
             for k, step in enumerate(np.diag(_STEPS)):
                 beside = varied(self.camera, self._middle, values + step)
-                derivatives[k] = (self._seen(beside, height, uneven) - matrix) / _STEPS[k]
-        return derivatives
+                derivatives[k] = by(beside, height, _STEPS[k])
+        by_thickness = by(camera, height * exp(_THICKER), _THICKER)
+        by_thickness += self._even(exact @ face.raised(motion), uneven)
+        return derivatives, by_thickness
 
     def _uneven(self, values: F64, height: float) -> F64:
         """Amplitudes (K, R) that motions of a camera leave whose numbers are `values` (9,)."""
@@ -133,23 +138,28 @@ class CameraChange:
         seen = moves(self.camera, self.pattern.motions.tiles.xy)
         return self._resolving[: self.pattern.count] @ seen.reshape(-1, seen.shape[2])
 
-    def _seen(self, camera: synthetic.AnyCamera, height: float, uneven: F64) -> F64:
-        """Amplitudes (K, A) that a camera sees.
+    def _even(self, every: F64, uneven: F64) -> F64:
+        """Amplitudes (K, A) of those seen with the motions of a camera, (K + R, A).
 
         Through a camera at a slant some of the plate's motion looks like one of the camera. What
         that leaves is taken off an image, so it is taken off here.
         """
-        every = self._resolving @ self._motion(camera, height, at_middles) + self._over_tiles
         count = self.pattern.count
         return every[:count] - uneven @ every[count:]
+
+    def _face(self, camera: synthetic.AnyCamera, height: float) -> Face:
+        tiles = self.pattern.motions.tiles
+        return seen_face(self.fields, camera, height, tiles.xy, float(SKIRT * tiles.size))
 
     @cached_property
     def _over_tiles(self) -> F64:
         """What means over tiles add to their middles, through the camera described, (K + R, A)."""
-        mean, middle = (
-            self._motion(self.camera, self.height, take) for take in (tile_mean, at_middles)
-        )
-        return self._resolving @ (mean - middle)
+        tiles, fields = self.pattern.motions.tiles, self.fields
+        face = self._face(self.camera, self.height)
+        mean = plate_motions(fields, self.camera, self.height, tiles, fields)
+        middle = face.seen(face.motion(face.view.places))
+        mean = self._resolving @ mean.reshape(-1, mean.shape[2])
+        return mean - face.among(self._resolving) @ middle
 
     @cached_property
     def _resolving(self) -> F64:
@@ -158,14 +168,6 @@ class CameraChange:
         rows = np.concatenate([pattern.resolving, pattern.resolving_camera])
         tiles = rows.T.reshape(len(pattern.reference.hessian), -1)
         return pattern.motions.spread.smooth_adjoint(tiles).reshape(-1, len(rows)).T
-
-    def _motion(
-        self, camera: synthetic.AnyCamera, height: float, take: Callable[[Tiles, Field], F64]
-    ) -> F64:
-        """Motion of tiles by each field, (2T, A) px."""
-        tiles, fields = self.pattern.motions.tiles, self.fields
-        seen = plate_motions(fields, camera, height, tiles, fields, take)
-        return seen.reshape(-1, seen.shape[2])
 
     @property
     def _middle(self) -> tuple[float, float, float]:

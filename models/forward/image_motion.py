@@ -137,18 +137,28 @@ class ImageMotions:
         return force @ self.modes.response(xy)
 
     def flow(self, amplitudes: F64) -> F64:
-        """Motion of what each tile sees for given amplitudes (K + R,), (T, 2) px.
+        """Motion of what each tile sees for given amplitudes (K + R,), (T, 2) px."""
+        return self.flow_and_gradient(amplitudes)[0]
+
+    def flow_and_gradient(self, amplitudes: F64) -> tuple[F64, F64]:
+        """Motion of what each tile sees for given amplitudes (K + R,), and its gradient.
 
         The field u is that of material points where they were; a tile at x sees the point that
         came from x - d, so it reads d(x) = u(x - d) ≈ u - ∇u·u. Without the second term a camera
         that shifts takes every touch along with it, twice as far as it moved itself. A plate that
         comes nearer by a fraction c of its distance is seen to move 1 / (1 - c) times as far.
+
+        Returns
+        -------
+        (T, 2) float64, px
+        (T, 2, 2) float64, px a px
+            ∂u/∂x, ∂u/∂y; ∂v/∂x, ∂v/∂y.
         """
         coefficients = self._coefficients(amplitudes).reshape(-1, 2)
         coefficients = coefficients / (1.0 - self.nearer @ amplitudes.astype(np.float32))[:, None]
         u = self.spread.over_tiles(coefficients)
-        along_x, along_y = self.spread.slopes(coefficients)
-        return u - (along_x * u[:, :1] + along_y * u[:, 1:]) / self.tiles.size
+        gradient = np.stack(self.spread.slopes(coefficients), axis=2) / self.tiles.size
+        return u - gradient[:, :, 0] * u[:, :1] - gradient[:, :, 1] * u[:, 1:], gradient
 
     @cached_property
     def on_tiles(self) -> F32:
@@ -210,7 +220,7 @@ def prepare_motions(
         `with_tilts` where it may tilt as well.
     """
     spread, skirt = spread_over(tiles.shape), float(SKIRT * tiles.size)
-    seen = plate_motions(modes, camera, height, tiles, large, tile_mean)
+    seen = plate_motions(modes, camera, height, tiles, large)
     motions = np.concatenate([seen, tile_mean(tiles, lambda px: moves(camera, px))], axis=2)
     coefficients = spread.fit(motions.reshape(len(motions), -1))
     basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
@@ -225,17 +235,15 @@ def plate_motions(
     height: float,
     tiles: Tiles,
     large: LargeFields | None,
-    take: Callable[[Tiles, Field], F64],
 ) -> F64:
-    """Motion of every tile by a unit of every field of the plate, (T, 2, K + U) px.
-
-    `take` says what a tile has of a field: its mean, or the value in its middle.
-    """
+    """Mean motion of every tile by a unit of every field of the plate, (T, 2, K + U) px."""
     skirt = float(SKIRT * tiles.size)
-    seen = take(tiles, lambda px: _modes_seen(modes, camera, height, px, skirt))
+    seen = tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px, skirt))
     if large is None:
         return seen
-    drifts = take(tiles, lambda px: _drifts_seen(large, modes.plate, camera, height, px, skirt))
+    drifts = tile_mean(
+        tiles, lambda px: _drifts_seen(large, modes.plate, camera, height, px, skirt)
+    )
     return np.concatenate([seen, drifts], axis=2)
 
 
@@ -258,7 +266,7 @@ def _modes_seen(
     modes: Deflections, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
 ) -> F64:
     """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate and its skirt."""
-    inside, places = _near_plate(modes.plate, camera, height, px, skirt)
+    inside, places = near_plate(modes.plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, modes.count))
     at = camera.project(np.column_stack([places, np.full(len(places), height)]))
     # The face moves by its height times the slope, and lies higher where the plate is thicker.
@@ -277,7 +285,7 @@ def _drifts_seen(
     skirt: float,
 ) -> F64:
     """Image motion of every field in the plane at pixels, (N, 2, U) px."""
-    inside, places = _near_plate(plate, camera, height, px, skirt)
+    inside, places = near_plate(plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, large.drifts))
     along = camera.jacobian(np.column_stack([places, np.full(len(places), height)]))[:, :, :2]
     seen[inside] = along @ large.drift(places)
@@ -290,14 +298,14 @@ def _nearer(
     """Fraction of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
     nearer = np.zeros((len(px), modes.count))
     if isinstance(camera, synthetic.Camera):
-        inside, places = _near_plate(modes.plate, camera, height, px, skirt)
+        inside, places = near_plate(modes.plate, camera, height, px, skirt)
         pose = camera.T_cam_plate
         depth = places @ pose[2, :2] + pose[2, 2] * height + pose[2, 3]
         nearer[inside] = -pose[2, 2] * modes.value(places) / depth[:, None]
     return nearer
 
 
-def _near_plate(
+def near_plate(
     plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
 ) -> tuple[Mask, F64]:
     """Which pixels (N,) are within `skirt` px of the plate, and its points nearest to them, mm."""
@@ -305,11 +313,6 @@ def _near_plate(
     seen = camera.project(np.column_stack([nearest, np.full(len(nearest), height)]))
     near = np.abs(seen - px).max(axis=1) <= skirt
     return near, nearest[near]
-
-
-def at_middles(tiles: Tiles, field: Field) -> F64:
-    """Field in the middle of each tile, (T, 2, k)."""
-    return field(tiles.xy)
 
 
 def tile_mean(tiles: Tiles, field: Field) -> F64:

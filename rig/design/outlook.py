@@ -147,6 +147,31 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Outlook:
+    """What of a design a bench that stands is judged by; see `Design`."""
+
+    errors: ExpectedErrors
+    changes: tuple[DesignChange, ...]
+    linear_to: float
+
+
+def outlook(scene: Scene) -> Outlook:
+    """Predict the errors of touches of 1 N, and what would make them smaller.
+
+    Raises
+    ------
+    ValueError
+        If the scene lacks something; see `setup_of`.
+    """
+    given = setup_of(scene)
+    theory = choose(scene, given.plate, largest_force(scene))
+    modal = None if theory.name == "linear" else in_modes(scene, theory, given)
+    now = predict(given, None, UNIT, modal)
+    made = _changes(now, list(changes(given)), modal, lambda done, what: None)
+    return Outlook(now.errors, made, linear_to(given.plate.build()))
+
+
 def search_for(scene: Scene, place: float, force: float | None) -> Found:
     """Find what reaches a median error of `place` mm under touches of `force` N.
 

@@ -188,7 +188,7 @@ def time_of_frame(given: Setup, motions: models.ImageMotions) -> float:
     spent: list[float] = []
     for _ in range(REPEATS):
         begun = time.perf_counter()
-        sums = tile_sums(reference, frame, motions.flow(motion))
+        sums = tile_sums(reference, frame, *motions.flow_and_gradient(motion))
         pattern.whiten(pattern.gradient(sums, motion), given.noise)
         estimator.fit_whitened(measured, touch)
         spent.append(time.perf_counter() - begun)

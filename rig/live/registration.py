@@ -69,7 +69,8 @@ def register(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Reg
 def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
     """Compare a frame with the reference moved by `moved` (K + R,)."""
     with watch.stage("correlate"):
-        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
+        flow, flow_gradient = chain.pattern.motions.flow_and_gradient(moved)
+        sums = tile_sums(chain.reference, image, flow, flow_gradient)
     with watch.stage("mask"):
         hidden = hidden_tiles(chain.reference, sums, chain.pixel_noise)
         why, pattern = unusable_reason(chain.reference, sums, hidden), chain.pattern

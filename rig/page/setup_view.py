@@ -40,11 +40,12 @@ class Button:
 
 @dataclass(frozen=True)
 class StepLine:
-    """A step in the list of all."""
+    """A step in the list of all, and what it has measured, with its unit."""
 
     name: str
     title: str
     state: Literal["done", "now", "open", "closed"]
+    figure: str = ""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ LABELS = {
 }
 PLATE = (
     "width", "height", "thickness", "material", "edges", "stand_off", "side", "pixels", "rate",
-    "force", "projector",
+    "force", "grams", "projector",
 )  # fmt: skip
 
 
@@ -86,16 +86,15 @@ def _answered(setup: SetupSession, key: str, text: str, refused: dict[str, str])
 
 def ask_prints(setup: SetupSession, step: Step) -> Outcome:
     """Print the board and the speckle beside the scene; take what the ruler measures."""
-    trouble, says, refused = "", step.says, dict[str, str]()
+    refused = dict[str, str]()
+    says, trouble = _print(setup, step)
     while True:
         for wish in setup.desk.wishes():
             match wish:
                 case Answer("ruler" as key, text):
                     trouble = _answered(setup, key, text, refused)
                 case Push("print"):
-                    moment = StepView(step.name, step.title, "one moment: the files are written")
-                    setup.desk.show(moment, None)
-                    says, trouble = _print(setup)
+                    says, trouble = _print(setup, step)
                 case Push("next") if not refused:
                     return Next()
                 case Go() | Leave():
@@ -103,26 +102,29 @@ def ask_prints(setup: SetupSession, step: Step) -> Outcome:
                 case _:
                     pass
         asked = questions(setup.state.answers, ("ruler",))
-        buttons = Button("print", "Write the PDF files"), NEXT, LATER
+        buttons = Button("print", "Write the PDF files again"), NEXT, LATER
         setup.desk.show(StepView(step.name, step.title, says, trouble, asked, buttons), None)
         time.sleep(IDLE)
 
 
-def _print(setup: SetupSession) -> tuple[str, str]:
+def _print(setup: SetupSession, step: Step) -> tuple[str, str]:
     """Write both files; gives what to do with them, and what went wrong."""
     import synthetic
     from rig.calibration.board_print import print_board
 
+    moment = StepView(step.name, step.title, "one moment: the files are written")
+    setup.desk.show(moment, None)
     scene, stem = setup.scene, setup.path.with_suffix("")
     board, speckle = (stem.with_name(f"{stem.name}-{what}.pdf") for what in ("board", "speckle"))
     if scene.plate is None or scene.pattern is None:
-        return "", f"scene '{scene.title}' has no pattern; answer the questions about the plate"
+        trouble = f"scene '{scene.title}' has no pattern; answer the questions about the plate"
+        return step.says, trouble
     try:
         print_board(board, printed_board(setup.state.answers))
         synthetic.print_pattern(speckle, scene.pattern.build(scene.plate), 600.0)
     except OSError as error:
-        return "", f"the files cannot be written: {error}"
+        return step.says, f"the files cannot be written: {error}"
     return (
-        f"print {board} and {speckle} at 100 %, measure 100 mm of the board's ruler, glue the"
-        " speckle to the plate and the board to something flat"
+        f"print {board.name} and {speckle.name}, which lie beside the scene, at 100 %, measure 100"
+        " mm of the board's ruler, glue the speckle to the plate and the board to something flat"
     ), ""

@@ -12,20 +12,24 @@ import numpy as np
 from rig.calibration.board_guides import LensGuide, PoseGuide
 from rig.calibration.guide import Guide
 from rig.calibration.guided import PATIENCE, SLICE
-from rig.calibration.light_guides import LatencyGuide, StripesGuide
+from rig.calibration.light_guides import LatencyGuide, StripesGuide, settling_of
 from rig.calibration.noise_guide import NoiseGuide
 from rig.calibration.results import Part
 from rig.calibration.steps import plate_of, posed, projector_of, seen_height
 from rig.page.controls import UNITS
-from rig.page.setup_view import Button, StepView
+from rig.page.setup_view import Button, Question, StepView
 from rig.projector.content import Content
 from rig.projector.markers import Screen, fit_plate
+from rig.setup.answers import Answers
 from rig.setup.bench import NOTHING, PersonAct
 from rig.setup.desk import Answer, Drop, Go, Leave, Next, Outcome, Push
+from rig.setup.figures import advice_of
 from rig.setup.forms import IDLE, LATER, NEXT, questions
+from rig.setup.free_plate import FRAMES, in_the_way
 from rig.setup.scene_file import board_for, corner_of_board, printed_corner
 from rig.setup.session import SetupSession
 from rig.setup.steps import Step
+from rig.system.arrays import Grey
 from rig.system.frame import Frame, Source
 
 ACTS = {
@@ -36,6 +40,8 @@ ACTS = {
 """What a person does in a step; nothing in the others."""
 
 START = Button("start", "Start", usual=True)
+LIES = Button("start", "It lies there", usual=True)
+NOW = Button("start", "Start now")
 AGAIN = Button("start", "Once more")
 DROP_ALL = 0  # the number of any view: a guide of light takes all its images anew
 
@@ -57,7 +63,8 @@ def guide_for(setup: SetupSession, name: str) -> Guide:
             corner = printed_corner(answers)
             return PoseGuide(known.known_lens(), board, corner, seen_height(scene))
         case "projector":
-            return StripesGuide(posed(known), plate_of(scene), projector_of(scene).size)
+            size, settling = projector_of(scene).size, settling_of(known.latency)
+            return StripesGuide(posed(known), plate_of(scene), size, settling)
         case "noise":
             return NoiseGuide(known.projector.black if known.projector else 0.0)
         case _:
@@ -72,13 +79,30 @@ def screen_of(setup: SetupSession) -> Screen:
 
 @dataclass
 class _Guided:
-    """A guided step under way."""
+    """A guided step under way.
+
+    Attributes
+    ----------
+    rest : list of (H, W) uint8, or None
+        The last frames of a plate that is to lie free; None where that is not waited for.
+    """
 
     setup: SetupSession
     step: Step
     guide: Guide | None = None
     part: Part | None = None
     trouble: str = ""
+    rest: list[Grey] | None = None
+
+    def enter(self) -> None:
+        """Begin, or wait for what the step waits for."""
+        match self.step.begins:
+            case "at once":
+                self.begin()
+            case "free plate":
+                self.rest = []
+            case _:
+                pass
 
     def hear(self) -> Outcome | None:
         """Do what the person wants; gives how the step ends, if it does."""
@@ -100,7 +124,7 @@ class _Guided:
         return None
 
     def begin(self) -> None:
-        self.trouble, self.part = "", None
+        self.trouble, self.part, self.rest = "", None, None
         try:
             self.guide = guide_for(self.setup, self.step.name)
         except ValueError as error:
@@ -108,6 +132,8 @@ class _Guided:
 
     def follow(self, frame: Frame | None, light_trouble: str) -> None:
         """Feed the guide, and keep its result once there is one."""
+        if self.rest is not None and frame is not None:
+            self._watch(self.rest, frame)
         if self.guide is None:
             return
         if light_trouble:
@@ -125,6 +151,23 @@ class _Guided:
         if self.part is not None:
             self.guide = None
             self.setup.measured(self.part)
+            known, answers = self.setup.calibration, self.setup.state.answers
+            self.trouble = advice_of(self.step.name, known, answers)
+
+    def _watch(self, rest: list[Grey], frame: Frame) -> None:
+        """Begin once the plate lies free and still."""
+        rest.append(frame.image)
+        if len(rest) < FRAMES:
+            return
+        self.trouble = in_the_way(rest, board_for(self.setup.state.answers))
+        rest.clear()
+        if not self.trouble:
+            self.begin()
+
+    @property
+    def is_good(self) -> bool:
+        """Whether what was found needs nobody to look at it."""
+        return self.part is not None and not self.trouble
 
     @property
     def shows(self) -> Content:
@@ -132,8 +175,10 @@ class _Guided:
 
     def view(self) -> StepView:
         name, step = self.step.name, self.step
-        asked = questions(self.setup.state.answers, ("left", "below")) if name == "pose" else ()
-        view = StepView(name, step.title, step.says, self.trouble, asked, (START, LATER))
+        asked, start = (), START if self.rest is None else NOW
+        if name == "pose":
+            asked, start = _where_it_lies(self.setup.state.answers), LIES
+        view = StepView(name, step.title, step.says, self.trouble, asked, (start, LATER))
         if self.guide is not None:
             progress = self.guide.progress
             return replace(
@@ -155,20 +200,23 @@ class _Guided:
         return f"done, with an error of {scale * entry.error:.2g} {text}"
 
 
+def _where_it_lies(answers: Answers) -> tuple[Question, ...]:
+    left, below = corner_of_board(answers)
+    there = answers.model_copy(update={"left": left, "below": below})
+    return questions(there, ("left", "below"))
+
+
 def be_guided(setup: SetupSession, step: Step) -> Outcome:
-    """Lead through a step, again and again until the person goes on."""
+    """Lead through a step until what it finds is good, or the person takes it as it is."""
     guided = _Guided(setup, step)
-    if step.name == "pose":
-        left, below = corner_of_board(setup.state.answers)
-        setup.answer("left", f"{left:g}")
-        setup.answer("below", f"{below:g}")
+    guided.enter()
     setup.bench.ask(ACTS.get(step.name, NOTHING))
     try:
         while True:
             try:
                 return _on_bench(setup, step, guided)
             except (OSError, ValueError) as error:
-                guided.trouble, guided.guide = str(error), None
+                guided.trouble, guided.guide, guided.rest = str(error), None, None
                 if (outcome := _wait(setup, guided)) is not None:
                     return outcome
     finally:
@@ -221,6 +269,8 @@ def _lead(
         elif time.monotonic() - heard > PATIENCE:
             raise OSError(f"no frame came for {PATIENCE:g} s; {source.status}")
         guided.follow(frame, trouble())
+        if guided.is_good:
+            return Next()
         setup.desk.show(guided.view(), newest)
         if guided.guide is None:
             time.sleep(IDLE)

@@ -11,7 +11,7 @@ from rig.calibration.bench_presses import Listed, identify_by_images, usual_benc
 from rig.calibration.bench_refusal import require_sound
 from rig.calibration.guide import Progress
 from rig.calibration.guided import PATIENCE
-from rig.live.baseline import average_reference, moved_during_reference
+from rig.live.baseline import average_reference
 from rig.live.bench import Bench
 from rig.live.chain import Chain, ChainState, at_rest
 from rig.live.frame_estimate import estimate_frame
@@ -20,8 +20,11 @@ from rig.live.view import marks, plate_view
 from rig.page.setup_view import Button, StepView
 from rig.setup.bench import NOTHING, LightWindow, PersonAct
 from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Push
+from rig.setup.figures import advice_of
 from rig.setup.forms import IDLE, LATER, NEXT, questions
+from rig.setup.free_plate import in_the_way
 from rig.setup.guided_steps import START, screen_of
+from rig.setup.scene_file import board_for
 from rig.setup.session import SetupSession
 from rig.setup.steps import Step
 from rig.setup.weight_guide import WeightGuide, targets
@@ -48,8 +51,9 @@ class _Weighing:
         for wish in self.setup.desk.wishes():
             match wish:
                 case Answer("grams", text):
-                    self.trouble = self.setup.answer("grams", text)
-                    self.guide = None
+                    self.trouble, self.guide = self.setup.answer("grams", text), None
+                    if not self.trouble:
+                        self.begin()
                 case Push("start"):
                     self.begin()
                 case Push("next") if self.found:
@@ -93,10 +97,8 @@ class _Weighing:
         self.reference.append(frame.image)
         if len(self.reference) < bench.reference_frames:
             return
-        if moved_during_reference(self.reference):
-            self.trouble = "something moves in the image; take your hands off the plate"
-        else:
-            self.trouble = ""
+        self.trouble = in_the_way(self.reference, board_for(self.setup.state.answers))
+        if not self.trouble:
             self.chain = bench.prepare(average_reference(self.reference))[0]
             self.state = at_rest(self.chain)
         self.reference = []
@@ -127,6 +129,8 @@ class _Weighing:
             names = ", ".join(str(one + 1) for one in part.outliers)
             self.trouble = f"press {names} contradicts the others; press once more, on the marks"
         self.setup.measured(part)
+        known, answers = self.setup.calibration, self.setup.state.answers
+        self.trouble = self.trouble or advice_of(self.step.name, known, answers)
         held = part.held_out
         self.found = (
             f"done; presses held out are off by {held.place:.2g} mm and {100 * held.force:.2g} %"
@@ -144,6 +148,11 @@ class _Weighing:
 
         report(0, 1)
         return report
+
+    @property
+    def is_good(self) -> bool:
+        """Whether what was found needs nobody to look at it."""
+        return bool(self.found) and not self.trouble
 
     def view(self) -> StepView:
         step = self.step
@@ -179,7 +188,7 @@ class _Weighing:
 
 
 def press_known_weight(setup: SetupSession, step: Step) -> Outcome:
-    """Ask for presses, again and again until the person goes on."""
+    """Ask for presses until they show a good bench, or the person takes it as it is."""
     weighing = _Weighing(setup, step)
     setup.bench.ask(NOTHING)
     try:
@@ -210,6 +219,8 @@ def _follow(
     setup: SetupSession, weighing: _Weighing, source: Source, light: LightWindow | None
 ) -> Outcome:
     newest: Frame | None = None
+    if weighing.guide is None:
+        weighing.begin()
     while True:
         if (outcome := weighing.hear()) is not None:
             return outcome
@@ -220,6 +231,8 @@ def _follow(
             raise OSError(f"no frame came for {PATIENCE:g} s; {source.status}")
         newest = frame
         weighing.follow(frame)
+        if weighing.is_good:
+            return Next()
         setup.desk.show(weighing.view(), newest)
         if weighing.guide is None:
             time.sleep(IDLE)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Generator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,10 @@ from rig.system.frame import Frame, Source
 ROOM, STRENGTH = 0.55, 0.7  # light of the room, of full scale; the projector's white over it
 LEVELS = (ROOM, 0.95, 0.2)  # of the room, where it is changed
 LASTS = 2.5  # s that each is kept
+UNSEEN: dict[str, Any] = {
+    "camera": None, "exposure": None, "output": None, "screen": PROJECTOR.size,
+}  # fmt: skip
+"""Answers that change nothing of what is before the camera, as if they were not given."""
 DELAY = 0.043  # s from the command to the light
 FINGER = 0.2, 0.003  # mm, fraction: by which a person's presses err
 
@@ -80,8 +85,9 @@ class RehearsedBench:
 
     def prepare(self, answers: Answers) -> TrueBench:
         """Build the bench that a person has described; gives its truth."""
-        if self._scenery is None or self._scenery.answers != answers:
-            self._scenery, self._lit = build_scenery(answers, draw_truth(answers, self._seed)), None
+        built = answers.model_copy(update=UNSEEN)
+        if self._scenery is None or self._scenery.answers != built:
+            self._scenery, self._lit = build_scenery(built, draw_truth(built, self._seed)), None
         return self._scenery.truth
 
     @contextmanager

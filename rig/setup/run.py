@@ -10,6 +10,7 @@ from rig.setup.bench import SetupBench
 from rig.setup.choose_camera import choose_camera
 from rig.setup.choose_projector import choose_projector
 from rig.setup.desk import Desk, Go, Leave, Next, Outcome
+from rig.setup.figures import rows_of
 from rig.setup.forms import ask_plate, ask_prints
 from rig.setup.guided_steps import be_guided
 from rig.setup.known_weight import press_known_weight
@@ -53,7 +54,7 @@ def set_up(path: Path, bench: SetupBench, desk: Desk) -> bool:
     _ = setup.calibration  # a damaged one is refused before anything is asked
     step = next_step(setup.state.answers, setup.state.done)
     while step is not None:
-        desk.enter(_lines(setup.state, step))
+        desk.enter(_lines(setup, step))
         if "plate" in setup.state.done:
             bench.prepare(setup.state.answers)
         match WORK.get(step.name, be_guided)(setup, step):
@@ -74,14 +75,16 @@ def _entered(state: SetupState, name: str) -> Step | None:
     return next(step for step in steps_of(state.answers) if step.name == name)
 
 
-def _lines(state: SetupState, now: Step) -> tuple[StepLine, ...]:
-    return tuple(_line(state, step, now) for step in steps_of(state.answers))
+def _lines(setup: SetupSession, now: Step) -> tuple[StepLine, ...]:
+    return tuple(_line(setup, step, now) for step in steps_of(setup.state.answers))
 
 
-def _line(state: SetupState, step: Step, now: Step) -> StepLine:
+def _line(setup: SetupSession, step: Step, now: Step) -> StepLine:
+    state = setup.state
     if step == now:
         return StepLine(step.name, step.title, "now")
     if step.name in state.done:
-        return StepLine(step.name, step.title, "done")
+        figures = (row.figure for row in rows_of(step.name, setup.calibration, state.answers))
+        return StepLine(step.name, step.title, "done", next(figures, ""))
     free = can_enter(state.answers, state.done, step.name)
     return StepLine(step.name, step.title, "open" if free else "closed")

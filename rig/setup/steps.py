@@ -8,7 +8,7 @@ from typing import Literal
 from rig.setup.answers import Answers
 
 StepName = Literal[
-    "plate", "print", "camera", "output", "lens", "pose", "projector", "noise", "latency",
+    "plate", "print", "camera", "output", "latency", "lens", "pose", "projector", "noise",
     "presses", "verdict",
 ]  # fmt: skip
 
@@ -27,6 +27,8 @@ class Step:
         Steps that it stands on: once one of them is done anew, so must this be.
     lit : bool
         Whether only a bench with a projector has it.
+    begins : {"at once", "free plate", "on demand"}
+        What a guide waits for: nothing, a plate on which nothing lies or moves, or the person.
     """
 
     name: StepName
@@ -34,6 +36,7 @@ class Step:
     says: str
     after: tuple[StepName, ...] = ()
     lit: bool = False
+    begins: Literal["at once", "free plate", "on demand"] = "at once"
 
 
 STEPS = (
@@ -53,31 +56,38 @@ STEPS = (
     ),
     Step("output", "Projector", "choose the output that is the projector", ("plate",), lit=True),
     Step(
+        "latency",
+        "Delay of the light",
+        "leave the plate alone while the projector flashes",
+        ("camera", "output"),
+        lit=True,
+    ),
+    Step(
         "lens",
         "Lens",
         "hold the board before the camera, tilted to all sides; views are taken by themselves",
         ("camera", "print"),
     ),
-    Step("pose", "Place of the plate", "lay the board on the plate and let go", ("lens",)),
+    Step(
+        "pose",
+        "Place of the plate",
+        "lay the board on the plate, measure its edges from the plate's, and let go",
+        ("lens",),
+        begins="on demand",
+    ),
     Step(
         "projector",
         "Light on the plate",
         "take the board away and darken the room a little; stripes will be projected",
         ("pose", "output"),
         lit=True,
+        begins="free plate",
     ),
     Step(
         "noise",
         "Noise",
         "leave plate and camera alone, and change the light when asked",
         ("camera",),
-    ),
-    Step(
-        "latency",
-        "Delay of the light",
-        "leave the plate alone while the projector flashes",
-        ("camera", "output"),
-        lit=True,
     ),
     Step(
         "presses",

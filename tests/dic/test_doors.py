@@ -131,7 +131,7 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "lay_tiles": {"shape": (40, 48), "size": 8},
     "prepare_tiles": {"image": "image", "size": 8, "prefilter": 0.8},
     "tile_prefilter": {"image": "image", "size": 8, "noise": 2.0},
-    "tile_sums": {"reference": "tiles", "image": "image", "flow": None},
+    "tile_sums": {"reference": "tiles", "image": "image", "flow": None, "flow_gradient": None},
     "prepare_blocks": {"reference": "tiles", "block": 3},
     "tile_gradient": {"blocks": "blocks", "sums": "sums"},
     "tile_displacement": {"blocks": "blocks", "sums": "sums", "noise": 2.0},

@@ -7,7 +7,7 @@ const RECONNECT = 1000;  // ms
 const RADIUS = 14, CROSS = 22;  // px of the mark on the image
 const find = (id) => document.getElementById(id);
 const canvas = find("view-canvas"), histogram = find("histogram");
-let socket, turn = 0;
+let socket, turn = 0, finished = false;
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/stream`);
@@ -20,9 +20,16 @@ function connect() {
     if (header && parts.length === header.parts.length) accept(header, parts);
   };
   socket.onclose = () => {
-    link("lost", "disconnected");
-    show("trouble", "the setup has ended or was left; the same command goes on from here");
+    link("lost", finished ? "finished" : "disconnected");
+    if (finished) {
+      show("status", "Setup: all steps are done");
+      find("buttons").hidden = true;
+      return;
+    }
+    show("trouble", "the setup was left; the same command goes on from here");
     find("trouble").hidden = false;
+    for (const control of document.querySelectorAll("main button, main input, main select")) control.disabled = true;
+    for (const part of Object.keys(shown)) delete shown[part];  // all is made anew when it goes on
     setTimeout(connect, RECONNECT);
   };
 }
@@ -39,6 +46,7 @@ async function accept(header, parts) {
   showImage(header, bitmap);
   bitmap?.close();
   const { name, sentence, trouble, buttons } = header.view;
+  if (changed("step", name)) scrollTo(0, 0);  // what is to be done stands above
   document.body.dataset.step = name;  // for scripts: which step it is, and how often it has changed
   if (changed("turn", name, sentence, trouble, buttons)) document.body.dataset.turn = ++turn;
   next();
@@ -59,8 +67,9 @@ function changed(name, ...values) {
 
 function showSteps({ steps, controls }) {
   if (!changed("steps", steps, controls)) return;
-  find("steps").replaceChildren(...steps.map(({ name, title, state }) => {
-    const button = make("button", { type: "button", disabled: !controls || state === "closed", value: name }, title);
+  find("steps").replaceChildren(...steps.map(({ name, title, state, figure }) => {
+    const found = figure ? [make("small", {}, figure)] : [];
+    const button = make("button", { type: "button", disabled: !controls || state === "closed", value: name }, make("span", {}, title), ...found);
     if (state === "now") button.setAttribute("aria-current", "step");
     button.addEventListener("click", () => ask({ do: "go", step: name }));
     return make("li", { className: state }, button);
@@ -125,6 +134,7 @@ function showButtons({ name, buttons }, controls) {
 // What is still being written in a field counts before the button does.
 function press(button) {
   document.activeElement?.blur();
+  finished = button === "next" && Boolean(find("steps").querySelector(".now:last-child"));
   ask(button === "leave" ? { do: "leave" } : { do: "press", button });
 }
 

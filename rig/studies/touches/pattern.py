@@ -78,7 +78,7 @@ def sense(
     if len(start):
         motion[: pattern.count] = pattern.motions.modal_amplitudes(start[:, :2], start[:, 2])
     for _ in range(passes):
-        sums = tile_sums(pattern.reference, image, pattern.motions.flow(motion))
+        sums = tile_sums(pattern.reference, image, *pattern.motions.flow_and_gradient(motion))
         if masked:
             visible = pattern.hiding(models.hidden_tiles(pattern.reference, sums, AGAINST))
             if visible is not pattern:
@@ -174,8 +174,8 @@ def time() -> Iterator[Figure]:
 def _frame(
     pattern: TilePattern, search: CandidateGrid, image: AnyArray, motion: F64, start: Touches
 ) -> Estimate:
-    flow = pattern.motions.flow(motion) if motion.any() else None
-    sums = tile_sums(pattern.reference, image, flow)
+    moved = pattern.motions.flow_and_gradient(motion) if motion.any() else ()
+    sums = tile_sums(pattern.reference, image, *moved)
     models.hidden_tiles(pattern.reference, sums, NOISE)
     white = pattern.whiten(pattern.gradient(sums, motion), NOISE)
     return models.find(white, search, start=start)

@@ -65,6 +65,31 @@ def test_subsets_across_a_crack_are_broken_and_no_others(speckle, shift, gap):
     assert not (found.status[np.abs(found.xy[:, 0] - middle) > 17] == Status.BROKEN).any()
 
 
+@pytest.mark.parametrize("normal", [np.array([1.0, 0.0]), np.array([0.0, 1.0])])
+def test_a_slide_of_half_a_pixel_is_seen_that_is_hardly_louder_than_the_noise(speckle, normal):
+    pattern, slide = speckle(SHAPE, seed=4), 0.5 * normal[::-1]
+    edge = np.array(SHAPE[::-1]) // 2 @ normal + 0.5
+    beyond = np.indices(SHAPE)[::-1].T @ normal > edge
+    moved = np.where(beyond.T, pattern.draw(slide), pattern.draw())
+    found = dic.correlate(dic.prepare(noisy(pattern.draw(), 1, 4.0)), noisy(moved, 2, 4.0))
+    off = found.xy @ normal - edge
+    wrong = np.hypot(*(np.column_stack([found.u, found.v]) - np.outer(off > 0, slide)).T) > 0.1
+    across = np.abs(off) <= found.subset // 2
+    assert (found.valid & wrong)[across].mean() <= 0.05
+    assert found.valid[~across].mean() >= 0.96
+
+
+@pytest.mark.parametrize("noise", [10.0, 20.0])
+def test_noise_that_a_prefilter_has_passed_is_no_break(speckle, noise):
+    pattern = speckle(SHAPE, seed=4)
+    ref = dic.prepare(noisy(pattern.draw(), 1, noise))
+    assert ref.prefilter.sigma > 0
+    for seed in range(2, 6):
+        frame = pattern.draw((0.0, 0.3), ((0.0, 0.0), (0.01, 0.0)))
+        found = dic.correlate(ref, noisy(frame, seed, noise))
+        assert not (found.status == Status.BROKEN).any()
+
+
 def test_a_bend_is_no_break(speckle):
     pattern = speckle(SHAPE, seed=4)
     frame = pattern.draw((0.3, 0.1), ((0.02, 0.01), (-0.01, 0.03)))

@@ -133,6 +133,37 @@ def test_a_shift_below_a_pixel_is_recovered(prepared, pattern, shift):
     np.testing.assert_allclose(flow, shift, atol=1e-3)  # px; measured 2e-4
 
 
+@given(
+    st.lists(st.floats(-0.02, 0.02), min_size=4, max_size=4),
+    st.floats(-1.0, 1.0),
+    st.floats(-1.0, 1.0),
+)
+@settings(max_examples=8)
+def test_motion_that_varies_over_a_tile_is_read_where_the_tile_is(prepared, pattern, a, u, v):
+    gradient, tiles = np.reshape(a, (2, 2)), prepared.tiles
+    image = pattern.draw((u, v), gradient)
+    # A pixel x sees the point that came from x - d: (1 + G) d = s + G (x - middle).
+    undone = np.linalg.inv(np.eye(2) + gradient)
+    flow = ((u, v) + (tiles.xy - pattern.middle) @ gradient.T) @ undone.T
+    flow_gradient = np.tile(undone @ gradient, (len(flow), 1, 1))
+    as_whole = left_over(prepared, dic.tile_sums(prepared, image, flow))
+    deformed = left_over(prepared, dic.tile_sums(prepared, image, flow, flow_gradient))
+    assert rms(deformed) < 0.15 * rms(as_whole) + 5e-4
+    assert abs(deformed.mean()) < 2e-4
+
+
+def left_over(prepared, sums):
+    """Motion of each tile beside its flow, (T, 2) px."""
+    xx, xy, yy = sums.hessian.T
+    gradient = dic.unbiased_gradient(prepared, sums)
+    matrices = np.stack([np.stack([xx, xy], 1), np.stack([xy, yy], 1)], 1)
+    return -np.linalg.solve(matrices, gradient[..., None])[..., 0]
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
 def test_flows_far_out_of_the_image_do_no_harm(prepared, frame):
     width = frame.shape[1]
     for u, v in [(width - 1, 0), (-width + 1, 40), (0, width - 1), (-30, -width + 1)]:
@@ -203,6 +234,20 @@ def test_bad_images_are_refused_in_one_sentence(prepared, frame, change, sentenc
 )
 def test_bad_flows_are_refused_in_one_sentence(prepared, frame, flow, sentence):
     refused(sentence, dic.tile_sums, prepared, frame, flow)
+
+
+@pytest.mark.parametrize(
+    ("flow", "flow_gradient", "sentence"),
+    [
+        (None, np.zeros((80, 2, 2)), "^flow_gradient needs the flow"),
+        (np.zeros((80, 2)), np.zeros((80, 4)), r"^flow_gradient must be \(80, 2, 2\).* got shape"),
+        (np.zeros((80, 2)), np.full((80, 2, 2), np.nan), "derivatives up to nan"),
+    ],
+)
+def test_bad_derivatives_are_refused_in_one_sentence(
+    prepared, frame, flow, flow_gradient, sentence
+):
+    refused(sentence, dic.tile_sums, prepared, frame, flow, flow_gradient)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ def test_products_are_summed_to_single_precision():
     weights, stress = rng.normal(size=17), rng.normal(size=6)
     single = products.astype(np.float32)
     np.testing.assert_allclose(pulls(single, weights, 3, 9), products[3:9] @ weights, atol=1e-5)
+    packed = np.ascontiguousarray(single[:6, *np.tril_indices(17)])
     np.testing.assert_allclose(
-        summed(single, stress), np.tensordot(stress, products[:6], 1), atol=1e-5
+        summed(packed, stress), np.tensordot(stress, products[:6], 1), atol=1e-5
     )

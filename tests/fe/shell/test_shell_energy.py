@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import fe
+from fe.shell.extended import forces
 from fe.shell.measure import strain, strain_variation, turning
 from fe.shell.system import System
 
@@ -51,6 +52,19 @@ def test_gradient_and_tangent_are_the_derivatives_of_the_energy(seed, size, thin
     change = tangent @ way
     assert np.abs(difference - change).max() < 1e-5 * np.abs(change).max()  # measured 4e-8
     assert abs(tangent - tangent.T).max() < 1e-12 * abs(tangent).max()
+
+
+def test_forces_in_extended_precision_are_those_of_double_precision():
+    edges = fe.Elastic(5.0, 200.0, 50.0)
+    plate = fe.Plate(
+        (9.0, 7.0), 0.3, 1000.0, 0.3, edges, shape=fe.Shape(0.2), tension=(1.0, 2.0, 0.3)
+    )
+    system = energy(plate)
+    values = 0.1 * np.random.default_rng(0).standard_normal(system.at_rest.size)
+    _, expected, size = system.forces(values)
+    found, found_size = forces(system, values.astype(np.longdouble))
+    np.testing.assert_allclose(found.astype(float), expected, atol=1e-12 * size.max())
+    np.testing.assert_allclose(found_size, size, rtol=1e-9)
 
 
 @settings(max_examples=10, deadline=None)

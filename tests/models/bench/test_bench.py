@@ -215,6 +215,19 @@ def test_what_a_camera_that_moved_leaves_is_no_bench(forward, true, identified):
     assert without.max() > 1.0
 
 
+def test_an_error_of_the_model_says_nothing_of_what_touches_of_unknown_force_take(forward):
+    """Light touches take a stiffer plate for less force, whatever all of them leave out alike."""
+    unknown, rng = np.full(3, np.inf), np.random.default_rng(3)
+    touches = [np.array([x, y, rng.uniform(0.01, 0.04)]) for x, y in PLACES]
+    made = [models.Press(forward.read(one[None])[0], one, unknown) for one in touches]
+    prior = models.bench_before(PLATE)
+    problem = joint.pose(made, prior, None, ["young", "thickness_x"], forward)
+    state = joint.start(problem)
+    problem = replace(joint.weighed(problem, forward, state, 0.0), discrepancy=0.0)
+    young, uneven = np.diag(identification._shared_slope(problem, forward, state, 0.5))
+    assert 0.0 <= young < 1e-6 * uneven
+
+
 @pytest.mark.parametrize("size", [0.0, 0.005, 0.03])
 def test_what_the_model_leaves_out_widens_the_sigma_and_the_covariance_stays_one(
     forward, true, size

@@ -25,9 +25,10 @@ def test_many_labels_show_how_far_they_err(scale):
     assert np.allclose(found.sigmas, scale * STATED, rtol=0.15)
 
 
-def test_a_few_labels_do_not_overrule_what_is_stated():
-    found = label_errors(np.tile(STATED, (4, 1)), shown(np.zeros((4, 3))))
-    assert (found.sigmas > 0.5 * STATED).all()
+def test_what_is_stated_counts_as_one_label_more():
+    found = label_errors(np.tile(STATED, (4, 1)), shown(np.zeros((4, 3)), spread=1e-6))
+    of_each = np.sqrt(1.0 / (1.0 + np.array([8, 8, 4])))  # places count twice, along x and y
+    np.testing.assert_allclose(found.sigmas, np.tile(of_each * STATED, (4, 1)), rtol=1e-6)
 
 
 def test_a_label_far_off_is_believed_the_less_and_the_others_as_before():

@@ -1,11 +1,15 @@
 """Taps on a plate that rings: its deflection is that of many modes, integrated in small steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import fe
 import models
 from models import Estimator, InTime, RingingPlate, Seeing
+from models.dynamics.follow import Followed, averaged
+from models.dynamics.vibration import at_rest
 from models.forward.linear import modal
 
 PLATE = fe.Plate((254.0, 180.0), 1.5, 3000.0, 0.38, fe.Clamped())
@@ -87,6 +91,39 @@ def test_the_largest_force_of_a_tap_is_known_and_nothing_is_left_of_it(bench, du
     assert abs(tapped.force - 0.8) < 4 * tapped.sigma[2]
     assert np.hypot(tapped.x - place[0], tapped.y - place[1]) < 2.0
     assert abs(tapped.time - begins - duration / 2) < 0.2 * duration
+
+
+def test_forces_of_short_taps_lie_within_what_is_stated(bench):
+    """Frames in which a force changes as much as in any other: nobody knows how fast it does."""
+    scaled = []
+    for begins in np.linspace(0.05, 0.07, 9):
+        force = tap(0.8, begins, 0.03)
+        for time, _, found, _ in bench.follow(bench.frames((90.0, 110.0), force, 40.0, 0.16)):
+            ages = time - EXPOSURE * (np.arange(40) + 0.5) / 40
+            true = force(ages).mean()
+            if found.count == 1 and true > 0.1:
+                scaled.append((found.force[0] - true) / found.touch_covariance(0)[2, 2] ** 0.5)
+    assert len(scaled) >= 9
+    assert np.sqrt(np.mean(np.square(scaled))) < 1.5
+
+
+def test_filters_are_averaged_with_what_they_differ_by():
+    rng, weights = np.random.default_rng(5), np.array([0.6, 0.3, 0.1])
+    filters = []
+    for rank in (3, 4, 5):
+        touches = np.concatenate([rng.normal(100.0, 0.5, (2, 2)), np.zeros((2, 2))], axis=1)
+        vibration = replace(at_rest(6), touches=touches)
+        forces, factor = rng.normal(1.0, 0.2, 2), rng.normal(0.0, 0.3, (2, 3, rank))
+        filters.append(Followed(vibration, np.zeros(6), forces, factor, np.zeros((2, 2)), 0.0, 0.0))
+    found = averaged(filters, weights)
+    which = rng.choice(3, 200_000, p=weights)
+    drawn = np.empty((len(which), 2))
+    for k, one in enumerate(filters):
+        own = rng.standard_normal((int((which == k).sum()), one.touch_factor.shape[2]))
+        drawn[which == k] = one.forces + own @ one.touch_factor[:, 2].T
+    covariance = found.touch_factor[:, 2] @ found.touch_factor[:, 2].T
+    np.testing.assert_allclose(found.forces, drawn.mean(axis=0), atol=0.01)
+    np.testing.assert_allclose(covariance, np.cov(drawn.T), atol=0.01)
 
 
 def test_a_tap_between_two_frames_is_stated_without_a_force(bench):

@@ -1,15 +1,18 @@
 """The guided calibrations, fed frame by frame as a live source does."""
 
+from datetime import UTC, datetime
+
 import numpy as np
 import pytest
 
 import synthetic
 from rig.calibration.board import CharucoBoard
 from rig.calibration.board_guides import LensGuide, PoseGuide
+from rig.calibration.entries import LatencyEntry
 from rig.calibration.guided import lead
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
-from rig.calibration.light_guides import LatencyGuide, StripesGuide
+from rig.calibration.light_guides import LatencyGuide, StripesGuide, settling_of
 from rig.calibration.noise_guide import NoiseGuide
 from rig.projector import gray_code
 from rig.projector.content import Plain, Stripe, draw
@@ -18,6 +21,10 @@ from rig.scene.plate import PlateSection
 from rig.system.frame import Frame
 
 BOARD = CharucoBoard((11, 9), 20.0, 15.0)
+PLATE = PlateSection.model_validate({
+    "size": (254, 203), "thickness": 2, "young": 3000, "poisson": 0.38,
+    "edges": {"kind": "clamped"},
+})  # fmt: skip
 STANDS = [(127, 100, 430), (330, 100, 380), (-90, 120, 370), (127, 320, 360), (130, -130, 380)]
 
 
@@ -89,6 +96,18 @@ def test_a_view_that_is_dropped_is_asked_for_again(views):
     assert source.number == 10
 
 
+@pytest.mark.parametrize("first", [0, 50])
+def test_a_board_is_found_by_its_own_markers_and_no_others(first):
+    shown, other = CharucoBoard(first=first), CharucoBoard(first=94 if first else 50)
+    image = np.full((560, 700), 120, np.uint8)
+    drawn = shown.draw(3.0)
+    image[40 : 40 + drawn.shape[0], 20 : 20 + drawn.shape[1]] = drawn
+    view = shown.find(image)
+    assert len(view.mm) == 70
+    assert np.abs(view.px - (3.0 * view.mm + (19.5, 39.5))).max() < 0.2  # px
+    assert other.find(image) is None
+
+
 def test_the_same_view_is_not_taken_twice(views):
     guide = LensGuide(BOARD)
     for number in range(8):
@@ -156,11 +175,7 @@ class Lit:
 def lit(room):
     """Calibrate a projector that the camera sees two frames late."""
     bench = Lit(room)
-    plate = PlateSection.model_validate({
-        "size": (254, 203), "thickness": 2, "young": 3000, "poisson": 0.38,
-        "edges": {"kind": "clamped"},
-    })  # fmt: skip
-    guide = StripesGuide(bench.camera, plate, bench.size)
+    guide = StripesGuide(bench.camera, PLATE, bench.size)
     reported = []
     return (
         bench,
@@ -183,6 +198,27 @@ def test_the_stripes_guide_measures_how_bright_the_projector_is(lit):
     _, light, _ = lit
     assert light.strength == pytest.approx(0.5 * 255 / 20, rel=0.05)
     assert light.black == pytest.approx(30, abs=2)
+
+
+def delay(median, p95):
+    return LatencyEntry(error=0.0, date=datetime.now(UTC), median=median, p95=p95)
+
+
+def test_stripes_come_as_fast_as_the_delay_that_was_measured_allows(lit, room):
+    slow, _, _ = lit
+    bench, late = Lit(room), delay(0.08, 0.1)
+    guide = StripesGuide(bench.camera, PLATE, bench.size, settling_of(late))
+    light = lead(guide, bench, bench.show, quiet, nobody)
+    assert bench.number < 0.7 * slow.number
+    grid = np.array([[5.0, 5.0], [249.0, 198.0], [5.0, 198.0], [127.0, 100.0]])
+    shown = project(light.screen.T_px_plate, grid)
+    away = np.linalg.norm(project(np.linalg.inv(bench.screen.T_px_plate), shown) - grid, axis=1)
+    assert away.max() < 0.3  # mm
+
+
+def test_a_projector_whose_delay_is_not_known_or_long_is_waited_for_as_long():
+    late = delay(0.4, 0.5)
+    assert settling_of(None) == settling_of(late) == 0.5
 
 
 def test_the_stripes_guide_asks_for_one_stripe_after_the_other(room):

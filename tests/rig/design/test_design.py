@@ -16,7 +16,7 @@ from rig import cli
 from rig.commands.design import _place
 from rig.design.changes import changes
 from rig.design.limits import refusal
-from rig.design.outlook import design, search_for
+from rig.design.outlook import design, outlook, search_for
 from rig.design.prediction import linear_to, patch_of, predict, remaining_gain
 from rig.design.setup import setup_of
 from rig.design.unknowns import GROUPS
@@ -47,6 +47,13 @@ def test_changes_change_one_thing_each(small):
         assert before != after
         parts = ("plate", "camera", "pattern", "sensor", "dic", "frames")
         assert sum(getattr(given, part) != getattr(changed, part) for part in parts) == 1
+
+
+def test_an_outlook_is_what_a_design_says_of_the_same(small):
+    scene = small({"pattern.contrast": 0.6})
+    whole, part = design(scene, quiet), outlook(scene)
+    np.testing.assert_array_equal(part.errors.place, whole.errors["pattern"].place)
+    assert (part.changes, part.linear_to) == (whole.changes, whole.linear_to)
 
 
 def test_changes_are_worth_what_theory_says(small):

@@ -6,6 +6,8 @@ import pytest
 import fe
 from rig.calibration.board import CharucoBoard
 from rig.calibration.board_guides import LensGuide, PoseGuide
+from rig.calibration.guide import Progress
+from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.light_guides import StripesGuide
 from rig.live.snapshot import Mark
@@ -18,6 +20,7 @@ from rig.setup.bench import NOTHING, CameraChoice, PersonAct
 from rig.setup.choose_camera import choose_camera, figures_of, signs_of
 from rig.setup.choose_projector import choose_projector
 from rig.setup.desk import Answer, Leave, Next, Push
+from rig.setup.free_plate import in_the_way
 from rig.setup.guided_steps import be_guided
 from rig.setup.rehearsal import RehearsedBench
 from rig.setup.scene_file import board_for, scene_of
@@ -130,16 +133,14 @@ def session(tmp_path, desk, acts, bench, *done, **answers):
 
 def test_an_output_that_vanishes_before_it_is_chosen_is_said(tmp_path, desk):
     bench = Bench()
-    wishes = iter(["flash", "gone", "leave"])
+    wishes = iter(["gone", "leave"])
 
     def acts(view):
         match next(wishes):
             case "gone":
-                assert "does this screen flash?" in view.sentence
+                assert "did this screen flash?" in view.sentence
                 bench.screens = (LAPTOP,)
                 return Push("next")
-            case "flash":
-                return Push("flash")
             case _:
                 return Leave()
 
@@ -162,27 +163,86 @@ def test_an_output_that_vanishes_before_it_is_chosen_is_said(tmp_path, desk):
 def test_an_output_is_kept_by_name_where_that_is_its_own(tmp_path, desk, screens, text, kept):
     bench = Bench()
     bench.screens = screens
-    wishes = iter([Answer("output", text)] * (text is not None) + [Push("flash"), Push("next")])
+    wishes = iter([Answer("output", text)] * (text is not None) + [Push("next")])
     given = lambda view: next(wishes)  # noqa: E731
     setup, _ = session(tmp_path, desk, given, bench, "plate", "print", "camera")
     assert choose_projector(setup, STEP["output"]) == Next()
     assert setup.state.answers.output == kept
     assert setup.scene.projector.output == kept
-    assert setup.scene.projector.size == bench.flashed[0].size
+    assert setup.scene.projector.size == bench.flashed[-1].size
 
 
 def test_nothing_is_taken_that_did_not_flash(tmp_path, desk):
-    wishes = iter([Push("next"), Push("next"), Leave()])
+    class Dark(Bench):
+        def flash(self, output):
+            raise OSError("the desktop has gone; log in to it again")
+
+    wishes = iter([Push("next"), Push("flash"), Push("next"), Leave()])
     given = lambda view: next(wishes)  # noqa: E731
-    setup, _ = session(tmp_path, desk, given, Bench(), "plate", "print", "camera")
+    setup, person = session(tmp_path, desk, given, Dark(), "plate", "print", "camera")
     assert choose_projector(setup, STEP["output"]) == Leave()
+    assert "the desktop has gone; log in to it again" in person.said
+
+
+class Flashes:
+    """A guide that has its result at once."""
+
+    progress, shows = Progress("leave the plate alone", 0, 1), ()
+
+    def __init__(self, delay):
+        self.delay = delay
+
+    def add_frame(self, frame):
+        pass
+
+    def result(self):
+        return Latency(self.delay, self.delay, 0.001, 15, 0)
+
+
+@pytest.mark.parametrize(("delay", "needed"), [(0.04, 0), (0.4, 1)])
+def test_a_step_goes_on_by_itself_where_what_it_found_is_good(
+    tmp_path, desk, monkeypatch, delay, needed
+):
+    monkeypatch.setattr(guided_steps, "guide_for", lambda setup, name: Flashes(delay))
+    pushed = []
+
+    def acts(view):
+        if any(one.name == "next" for one in view.buttons):
+            assert "switch off what the projector does to images" in view.trouble
+            pushed.append("next")
+            return Push("next")
+        return None
+
+    done = "plate", "print", "camera", "output"
+    setup, _ = session(tmp_path, desk, acts, Bench(), *done, output="HDMI-1")
+    assert be_guided(setup, STEP["latency"]) == Next()
+    assert len(pushed) == needed
+    assert setup.calibration.latency.median == delay
+
+
+def test_a_plate_is_free_once_board_and_hands_are_gone(rng):
+    speckle = np.kron(rng.integers(60, 180, (96, 128)), np.ones((5, 5)))
+    drawn = CharucoBoard().draw(2.5)
+    covered = speckle.copy()
+    covered[30 : 30 + drawn.shape[0], 40 : 40 + drawn.shape[1]] = drawn
+    handed = [speckle.copy() for _ in range(16)]
+    for number, image in enumerate(handed):
+        image[:, 4 * number : 4 * number + 60] = 90
+
+    def seen(images):
+        noisy = (image + rng.normal(0, 1, image.shape) for image in images)
+        frames = [np.clip(image, 0, 255).astype(np.uint8) for image in noisy]
+        return in_the_way(frames, CharucoBoard())
+
+    assert seen([speckle] * 16) == ""
+    assert seen([covered] * 16) == "the board is still in view; take it away"
+    assert seen(handed) == "something moves in the image; take your hands off the plate"
 
 
 def test_an_output_that_vanishes_under_the_stripes_begins_them_anew(tmp_path, desk, monkeypatch):
     bench, shown = Bench(), []
     guide = StripesGuide(None, None, PROJECTOR.size)
     monkeypatch.setattr(guided_steps, "guide_for", lambda setup, name: guide)
-    wishes = iter([Push("start")])
 
     def acts(view):
         if view.progress is not None:
@@ -193,7 +253,7 @@ def test_an_output_that_vanishes_under_the_stripes_begins_them_anew(tmp_path, de
                 bench.screens = (LAPTOP, PROJECTOR)
             elif max(shown) > 4:
                 return Leave()
-        return next(wishes, None)
+        return None
 
     setup, person = session(
         tmp_path, desk, acts, bench, "plate", "print", "camera", "output", output="HDMI-1"
@@ -252,7 +312,9 @@ def test_figures_of_a_camera_warn_of_light_and_focus():
 def test_the_twin_does_what_is_asked_and_nothing_else(desk):
     said = Answers.model_validate(desk.small | {"output": "HDMI-1"})
     bench = RehearsedBench(2)
-    bench.prepare(said)
+    truth = bench.prepare(said)
+    named = said.model_copy(update={"camera": "/dev/video0", "output": None})
+    assert bench.prepare(named) is truth  # what it is called changes nothing of it
     scene, board = scene_of(said, rehearsal=True), board_for(said)
     with bench.open_source(scene) as source:
 

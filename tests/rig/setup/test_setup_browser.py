@@ -16,7 +16,8 @@ from rig.web.access import Access
 
 pytestmark = pytest.mark.browser
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-PATIENCE = 30_000  # ms
+PATIENCE = 60_000  # ms
+MEASURING = 120_000  # ms: fifteen flashes are ten seconds of work, and two cores may be busy
 expect.set_options(timeout=PATIENCE)
 
 
@@ -77,8 +78,7 @@ def test_the_setup_is_worked_on_by_clicks_and_keys_left_and_resumed(page, tmp_pa
 
     expect(page.locator("#steps .now")).to_have_text("Print")
     page.fill("[name=ruler]", "99.5")
-    page.get_by_role("button", name="Write the PDF files").click()
-    expect(say(page)).to_contain_text("measure 100 mm")
+    expect(say(page)).to_contain_text("print my-board.pdf and my-speckle.pdf")
     page.get_by_role("button", name="Next").click()
 
     expect(page.locator("#signs div")).to_have_count(3)
@@ -86,15 +86,15 @@ def test_the_setup_is_worked_on_by_clicks_and_keys_left_and_resumed(page, tmp_pa
     page.get_by_role("button", name="Next").click()
 
     expect(page.locator("[name=output]")).to_have_value("1 'HDMI-1' of 1280 x 800 px at 1366, 0")
+    expect(say(page)).to_have_text("did this screen flash? then it is the projector")
     page.keyboard.press("Enter")
-    expect(say(page)).to_have_text("does this screen flash? then it is the projector")
-    page.keyboard.press("Enter")
-    expect(page.locator("#steps .now")).to_have_text("Lens")
+    expect(page.locator("#steps .now")).to_have_text("Lens", timeout=MEASURING)
+    expect(page.locator("#steps .done").last).to_contain_text("ms")
     page.get_by_role("button", name="Leave").click()
     expect(page.locator("#trouble")).to_contain_text("the same command goes on from here")
 
     state = read_state(state_beside(path))
-    assert state.done == ("plate", "print", "camera", "output")
+    assert state.done == ("plate", "print", "camera", "output", "latency")
     assert (state.answers.thickness, state.answers.ruler, state.answers.output) == (
         2,
         99.5,
@@ -105,10 +105,9 @@ def test_the_setup_is_worked_on_by_clicks_and_keys_left_and_resumed(page, tmp_pa
 
     page.goto(setting_up(path))
     expect(page.locator("#steps .now")).to_have_text("Lens")
-    expect(page.locator("#steps .done")).to_have_count(4)
-    page.get_by_role("button", name="Start").click()
-    expect(page.locator("#taken")).to_have_text("1 of 10")
-    expect(page.locator("#views li")).to_have_count(1)
+    expect(page.locator("#steps .done")).to_have_count(5)
+    expect(page.locator("#taken")).to_contain_text(" of 10")
+    expect(page.locator("#views li").first).to_be_visible()
     page.locator("#steps [value=plate]").click()
     expect(page.locator("[name=thickness]")).to_have_value("2")
     page.get_by_role("button", name="Leave").click()
@@ -152,13 +151,3 @@ def test_where_others_have_accounts_only_the_link_opens_the_page(page, tmp_path,
         publisher.ask({"do": "leave"})
         work.join(10)
         assert not work.is_alive()
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(600)  # two and a half minutes of work, and two cores may be busy
-def test_the_whole_setup_in_the_twin_finds_plate_projector_and_force():
-    from rig.studies.start.setup_wizard import wizard
-
-    verdicts = [figure for figure in wizard((1,)) if figure.bar]
-    assert len(verdicts) == 5
-    assert [f"{one.case}: {one.text}" for one in verdicts if one.verdict != "met"] == []

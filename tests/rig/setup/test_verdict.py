@@ -13,7 +13,8 @@ from rig.calibration.results import entry_of
 from rig.calibration.store import Calibration
 from rig.scene import load
 from rig.setup.answers import NOTHING_SAID
-from rig.setup.verdict import as_measured, measured_rows
+from rig.setup.figures import measured_rows
+from rig.setup.verdict import as_measured
 
 
 def calibrated(*parts):

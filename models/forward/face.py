@@ -1,0 +1,117 @@
+"""How the seen face of a plate moves where a camera looks at it, and where one near by would."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+import synthetic
+from models.arrays import F32, F64, Mask
+from models.forward.image_motion import InPlane, near_plate
+
+Float = TypeVar("Float", np.float32, np.float64)
+
+_BESIDE = 1e-4  # mm; between places whose motions give a gradient
+
+
+class LocalView(NamedTuple):
+    """Places (n, 2) mm that a camera looks at, and its pixels by a motion there, (n, 2, 3)."""
+
+    places: F64
+    jacobian: F64
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """The seen face of a plate, where it moves by A fields: K of the deflection, U in the plane.
+
+    Attributes
+    ----------
+    fields : InPlane
+    height : float, mm
+        Over the middle plane.
+    on : (N,) bool
+        Pixels that look at the face, or not far beside it; the n of them. Nothing moves elsewhere.
+    view : LocalView
+        Of those, at the nearest points of the face.
+    thicker : (n,) float64
+        By which factor the plate is thicker there than described.
+    """
+
+    fields: InPlane
+    height: float
+    on: Mask
+    view: LocalView
+    thicker: F64
+
+    def motion(self, places: F64) -> F64:
+        """Displacement by a unit of each field, where n pixels look or near there, (n, 3, A) mm."""
+        fields, count = self.fields, self.fields.count
+        moved = np.zeros((len(places), 3, count + fields.drifts))
+        lever = self.height * self.thicker[:, None, None]
+        moved[:, :2, :count] = (-lever * fields.slope(places)).transpose(0, 2, 1)
+        moved[:, 2, :count] = fields.value(places)
+        moved[:, :2, count:] = fields.drift(places)
+        return moved
+
+    def with_gradient(self, motion: F64) -> F32:
+        """Motion (n, 3, A) and, after it, how it grows along x and y, (n, 9, A)."""
+        places, middle = self.view.places, 0.5 * np.asarray(self.fields.plate.size)
+        grown = np.empty((len(motion), 9, motion.shape[2]), dtype=np.float32)
+        grown[:, :3] = motion
+        for axis, rows in enumerate((np.s_[3:6], np.s_[6:9])):
+            step = np.zeros_like(places)
+            step[:, axis] = np.where(places[:, axis] > middle[axis], -_BESIDE, _BESIDE)
+            grown[:, rows] = (self.motion(places + step) - motion) / step[:, axis, None, None]
+        return grown
+
+    def among(self, rows: F64) -> F64:
+        """Take what linear forms of the motion of all pixels, (R, 2N), have of these, (R, 2n)."""
+        by_pixel = rows.T.reshape(len(self.on), -1)[self.on]
+        return by_pixel.reshape(-1, len(rows)).T
+
+    def seen(self, motion: F64) -> F64:
+        """Motion of these pixels by that of the face (n, 3, A), (2n, A) px."""
+        return _flat(self.view.jacobian @ motion)
+
+    def changed(self, other: LocalView, grown: F32) -> F32:
+        """Motion that a camera near by sees more, of one with its gradient, (2n, A) px.
+
+        To first order: it looks at other places, and in another way.
+        """
+        own = self.view.jacobian
+        apart = (other.places - self.view.places)[:, :, None, None]
+        weights = [other.jacobian - own, own * apart[:, 0], own * apart[:, 1]]
+        return _flat(np.concatenate(weights, axis=2).astype(np.float32) @ grown)
+
+    def raised(self, motion: F64) -> F64:
+        """Motion that is seen more, by ln of how much longer the lever of slopes is, (2n, A) px."""
+        bent = motion[:, :2].copy()
+        bent[:, :, self.fields.count :] = 0.0
+        return _flat(self.view.jacobian[:, :, :2] @ bent)
+
+
+def _flat(seen: NDArray[Float]) -> NDArray[Float]:
+    return seen.reshape(-1, seen.shape[2])
+
+
+def seen_face(
+    fields: InPlane, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
+) -> Face:
+    """Find what pixels (N, 2) see of a face, or up to `skirt` px beside it."""
+    on, _ = near_plate(fields.plate, camera, height, px, skirt)
+    looked = local_view(camera, fields.plate, height, px[on])
+    thicker = fields.plate.material(looked.places)[0] / fields.plate.thickness
+    return Face(fields, height, on, looked, thicker)
+
+
+def local_view(camera: synthetic.AnyCamera, plate: fe.Plate, height: float, px: F64) -> LocalView:
+    """Where pixels (n, 2) look at a face."""
+    places = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
+    return LocalView(
+        places, camera.jacobian(np.column_stack([places, np.full(len(places), height)]))
+    )
