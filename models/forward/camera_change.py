@@ -13,7 +13,8 @@ import numpy as np
 import synthetic
 from models.arrays import F64
 from models.forward.face import Face, local_view, seen_face
-from models.forward.image_motion import SKIRT, InPlane, plate_motions, with_tilts
+from models.forward.fields import InPlane
+from models.forward.image_motion import SKIRT, plate_motions, with_tilts
 from models.forward.tile_pattern import TilePattern
 
 CAMERA = (
@@ -149,7 +150,8 @@ class CameraChange:
 
     def _face(self, camera: synthetic.AnyCamera, height: float) -> Face:
         tiles = self.pattern.motions.tiles
-        return seen_face(self.fields, camera, height, tiles.xy, float(SKIRT * tiles.size))
+        skirt = float(SKIRT * tiles.size)
+        return seen_face(self.fields, self.fields, camera, height, tiles.xy, skirt)
 
     @cached_property
     def _over_tiles(self) -> F64:

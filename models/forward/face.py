@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 from models.arrays import F32, F64, Mask
-from models.forward.image_motion import InPlane, near_plate
+from models.forward.fields import Deflections, LargeFields
 
 Float = TypeVar("Float", np.float32, np.float64)
 
@@ -31,7 +31,9 @@ class Face:
 
     Attributes
     ----------
-    fields : InPlane
+    fields : Deflections
+    large : LargeFields or None
+        What knows the motion in the plane; without it there is none.
     height : float, mm
         Over the middle plane.
     on : (N,) bool
@@ -42,7 +44,8 @@ class Face:
         By which factor the plate is thicker there than described.
     """
 
-    fields: InPlane
+    fields: Deflections
+    large: LargeFields | None
     height: float
     on: Mask
     view: LocalView
@@ -50,12 +53,14 @@ class Face:
 
     def motion(self, places: F64) -> F64:
         """Displacement by a unit of each field, where n pixels look or near there, (n, 3, A) mm."""
-        fields, count = self.fields, self.fields.count
-        moved = np.zeros((len(places), 3, count + fields.drifts))
+        count, drifts = self.fields.count, 0 if self.large is None else self.large.drifts
+        moved = np.zeros((len(places), 3, count + drifts))
+        # The face lies higher where the plate is thicker.
         lever = self.height * self.thicker[:, None, None]
-        moved[:, :2, :count] = (-lever * fields.slope(places)).transpose(0, 2, 1)
-        moved[:, 2, :count] = fields.value(places)
-        moved[:, :2, count:] = fields.drift(places)
+        moved[:, :2, :count] = (-lever * self.fields.slope(places)).transpose(0, 2, 1)
+        moved[:, 2, :count] = self.fields.value(places)
+        if self.large is not None:
+            moved[:, :2, count:] = self.large.drift(places)
         return moved
 
     def with_gradient(self, motion: F64) -> F32:
@@ -100,13 +105,28 @@ def _flat(seen: NDArray[Float]) -> NDArray[Float]:
 
 
 def seen_face(
-    fields: InPlane, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
+    fields: Deflections,
+    large: LargeFields | None,
+    camera: synthetic.AnyCamera,
+    height: float,
+    px: F64,
+    skirt: float,
 ) -> Face:
     """Find what pixels (N, 2) see of a face, or up to `skirt` px beside it."""
     on, _ = near_plate(fields.plate, camera, height, px, skirt)
     looked = local_view(camera, fields.plate, height, px[on])
     thicker = fields.plate.material(looked.places)[0] / fields.plate.thickness
-    return Face(fields, height, on, looked, thicker)
+    return Face(fields, large, height, on, looked, thicker)
+
+
+def near_plate(
+    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
+) -> tuple[Mask, F64]:
+    """Which pixels (N,) are within `skirt` px of the plate, and its points nearest to them, mm."""
+    nearest = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
+    seen = camera.project(np.column_stack([nearest, np.full(len(nearest), height)]))
+    near = np.abs(seen - px).max(axis=1) <= skirt
+    return near, nearest[near]
 
 
 def local_view(camera: synthetic.AnyCamera, plate: fe.Plate, height: float, px: F64) -> LocalView:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 import fe
 import synthetic
 from dic import Tiles
-from models.arrays import F32, F64, Mask
-from models.forward.linear import Forward
+from models.arrays import F32, F64
+from models.forward.face import near_plate, seen_face
+from models.forward.fields import Deflections, LargeFields
 from models.forward.tile_spline import TileSpline, spread_over
 
 SKIRT = 3
@@ -26,57 +26,6 @@ pixel some tiles into the plate.
 
 Field = Callable[[F64], F64]
 """What k fields do to pixels: (N, 2) px → (N, 2, k)."""
-
-
-class Deflections(Protocol):
-    """Functions that carry the deflection of a plate."""
-
-    @property
-    def plate(self) -> fe.Plate:
-        """The plate."""
-        ...
-
-    @property
-    def count(self) -> int:
-        """How many functions there are, K."""
-        ...
-
-    def value(self, xy: F64) -> F64:
-        """Functions at points (N, 2) mm: (N, K)."""
-        ...
-
-    def slope(self, xy: F64) -> F64:
-        """Their slopes along x and y: (N, K, 2)."""
-        ...
-
-    def response(self, xy: F64) -> F64:
-        """Amplitudes per N under a light touch at each place, (n, 2) mm → (n, K)."""
-        ...
-
-
-class LargeFields(Protocol):
-    """What knows the amplitudes of a plate under large touches."""
-
-    @property
-    def drifts(self) -> int:
-        """Number U of fields in the plane."""
-        ...
-
-    def drift(self, places: F64) -> F64:
-        """Motion in the plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
-        ...
-
-    def amplitudes(self, xy: F64, force: F64) -> F64:
-        """Amplitudes of all fields under touches (n, 2) mm and (n,) N, (K + U,)."""
-        ...
-
-    def forward(self, factor: F64) -> Forward:
-        """Forward model of amplitudes whitened by a factor (K + U, m)."""
-        ...
-
-
-class InPlane(Deflections, LargeFields, Protocol):
-    """Fields of both kinds in one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,13 +187,7 @@ def plate_motions(
 ) -> F64:
     """Mean motion of every tile by a unit of every field of the plate, (T, 2, K + U) px."""
     skirt = float(SKIRT * tiles.size)
-    seen = tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px, skirt))
-    if large is None:
-        return seen
-    drifts = tile_mean(
-        tiles, lambda px: _drifts_seen(large, modes.plate, camera, height, px, skirt)
-    )
-    return np.concatenate([seen, drifts], axis=2)
+    return tile_mean(tiles, lambda px: _seen(modes, large, camera, height, px, skirt))
 
 
 def with_tilts(camera: synthetic.AnyCamera, px: F64) -> F64:
@@ -262,33 +205,19 @@ def with_tilts(camera: synthetic.AnyCamera, px: F64) -> F64:
     return np.concatenate([rigid, camera.focal * tilts], axis=2)
 
 
-def _modes_seen(
-    modes: Deflections, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
-) -> F64:
-    """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate and its skirt."""
-    inside, places = near_plate(modes.plate, camera, height, px, skirt)
-    seen = np.zeros((len(px), 2, modes.count))
-    at = camera.project(np.column_stack([places, np.full(len(places), height)]))
-    # The face moves by its height times the slope, and lies higher where the plate is thicker.
-    thicker = modes.plate.material(places)[0] / modes.plate.thickness
-    slope = modes.slope(places) * thicker[:, None, None]
-    seen[inside] = synthetic.image_motion_basis(camera, at, modes.value(places), slope, height)
-    return seen
-
-
-def _drifts_seen(
-    large: LargeFields,
-    plate: fe.Plate,
+def _seen(
+    modes: Deflections,
+    large: LargeFields | None,
     camera: synthetic.AnyCamera,
     height: float,
     px: F64,
     skirt: float,
 ) -> F64:
-    """Image motion of every field in the plane at pixels, (N, 2, U) px."""
-    inside, places = near_plate(plate, camera, height, px, skirt)
-    seen = np.zeros((len(px), 2, large.drifts))
-    along = camera.jacobian(np.column_stack([places, np.full(len(places), height)]))[:, :, :2]
-    seen[inside] = along @ large.drift(places)
+    """Image motion of every field at pixels, (N, 2, K + U) px; none beyond the skirt of the plate."""
+    face = seen_face(modes, large, camera, height, px, skirt)
+    motion = face.motion(face.view.places)
+    seen = np.zeros((len(px), 2, motion.shape[2]))
+    seen[face.on] = face.seen(motion).reshape(-1, *seen.shape[1:])
     return seen
 
 
@@ -303,16 +232,6 @@ def _nearer(
         depth = places @ pose[2, :2] + pose[2, 2] * height + pose[2, 3]
         nearer[inside] = -pose[2, 2] * modes.value(places) / depth[:, None]
     return nearer
-
-
-def near_plate(
-    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
-) -> tuple[Mask, F64]:
-    """Which pixels (N,) are within `skirt` px of the plate, and its points nearest to them, mm."""
-    nearest = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
-    seen = camera.project(np.column_stack([nearest, np.full(len(nearest), height)]))
-    near = np.abs(seen - px).max(axis=1) <= skirt
-    return near, nearest[near]
 
 
 def tile_mean(tiles: Tiles, field: Field) -> F64:
