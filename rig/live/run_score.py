@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, field
-from itertools import islice
 
 import numpy as np
 
 import fe
 from models import Estimate, match
+from rig.system.arrays import F32, F64
 
 KEPT = 100_000  # pairs whose errors are kept: an hour of one touch
 RECENT = 300  # pairs in the running medians
 
 
-def _errors() -> deque[float]:
-    return deque(maxlen=KEPT)
+class _Errors:
+    """The last `KEPT` errors, mm, N and fraction of the true force, in memory that never grows."""
+
+    def __init__(self) -> None:
+        self._rows = np.full((KEPT, 3), np.nan, dtype=np.float32)
+        self._count = 0
+
+    def __len__(self) -> int:
+        return min(self._count, len(self._rows))
+
+    def add(self, errors: F64) -> None:
+        """Keep rows (n, 3) in the place of the oldest."""
+        self._rows[(self._count + np.arange(len(errors))) % len(self._rows)] = errors
+        self._count += len(errors)
+
+    def latest(self, count: int) -> F32:
+        """Return the last rows, `count` of them or all there are."""
+        count = min(count, len(self))
+        return self._rows[(self._count - 1 - np.arange(count)) % len(self._rows)]
 
 
 @dataclass
@@ -31,20 +47,19 @@ class RunScore:
         Frames that were compared with the truth.
     misses, false : int
         Touches, summed over the frames, that were not found, or found and not there.
-    position, force, relative : float, mm, N and fraction of the true force
-        Errors of the pairs, in frames where all that presses is found and nothing else.
     """
 
     min_force: float
     frames: int = 0
     misses: int = 0
     false: int = 0
-    position: deque[float] = field(default_factory=_errors)
-    force: deque[float] = field(default_factory=_errors)
-    relative: deque[float] = field(default_factory=_errors)
+    _errors: _Errors = field(default_factory=_Errors)
 
     def add(self, estimate: Estimate, truth: tuple[fe.Touch, ...]) -> tuple[float, float] | None:
-        """Score one frame; returns its mean errors in mm and N, None where nothing was pressed."""
+        """Score one frame; returns its mean errors in mm and N, None where nothing was pressed.
+
+        Errors are kept of frames in which all that presses is found, and nothing else.
+        """
         self.frames += 1
         pressed = tuple(touch for touch in truth if touch.force >= self.min_force)
         self.misses += max(0, len(pressed) - estimate.count)
@@ -52,25 +67,21 @@ class RunScore:
         if estimate.count != len(pressed) or len(pressed) != len(truth) or not pressed:
             return None
         position, force, true_force = match(estimate, pressed)
-        self.position.extend(position)
-        self.force.extend(np.abs(force))
-        self.relative.extend(np.abs(force) / true_force)
-        return float(position.mean()), float(np.abs(force).mean())
+        off = np.abs(force)
+        self._errors.add(np.column_stack([position, off, off / true_force]))
+        return float(position.mean()), float(off.mean())
 
     def running(self) -> tuple[float, float] | None:
         """Medians of the last errors in mm and N."""
-        if not self.position:
+        if not len(self._errors):
             return None
-        position, force = (
-            float(np.median(list(islice(reversed(errors), RECENT))))
-            for errors in (self.position, self.force)
-        )
-        return position, force
+        position, force, _ = self._errors.latest(RECENT).T
+        return float(np.median(position)), float(np.median(force))
 
     def summary(self) -> dict[str, float | int | None]:
         """Figures of the run; None where nothing could be scored."""
         position, force, relative = (
-            np.array(values) for values in (self.position, self.force, self.relative)
+            np.asarray(column, dtype=np.float64) for column in self._errors.latest(KEPT).T
         )
         scored = len(position) > 0
         return {

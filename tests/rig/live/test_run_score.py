@@ -51,7 +51,7 @@ def test_a_touch_that_is_not_there_is_false():
 def test_a_finger_that_just_lands_may_be_found_or_not(found):
     score = RunScore(min_force=0.5)
     assert score.add(estimate(*found), (fe.Touch(100.0, 80.0, 0.3),)) is None
-    assert (score.misses, score.false, len(score.position)) == (0, 0, 0)
+    assert (score.misses, score.false, score.summary()["scored"]) == (0, 0, 0)
 
 
 def test_nothing_scored_is_none_and_still_json():
@@ -75,7 +75,8 @@ def test_running_medians_forget_and_the_summary_does_not():
 def test_a_long_run_keeps_a_bounded_number_of_errors(monkeypatch):
     monkeypatch.setattr(module, "KEPT", 50)
     score = RunScore(min_force=0.5)
-    for _ in range(80):
-        score.add(estimate((101.0, 80.0, 2.0)), (fe.Touch(100.0, 80.0, 2.0),))
-    assert score.frames == 80
-    assert score.summary()["scored"] == 50
+    for k in range(80):
+        score.add(estimate((100.0 + k, 80.0, 2.0)), (fe.Touch(100.0, 80.0, 2.0),))
+    summary = score.summary()
+    assert (summary["frames"], summary["scored"]) == (80, 50)
+    assert summary["position_median_mm"] == pytest.approx(54.5)  # of the last 50, 30 to 79 mm
