@@ -213,7 +213,7 @@ def _seen(
     px: F64,
     skirt: float,
 ) -> F64:
-    """Image motion of every field at pixels, (N, 2, K + U) px; none beyond the skirt of the plate."""
+    """Motion of every field in the image, (N, 2, K + U) px; none beyond the skirt of the plate."""
     face = seen_face(modes, large, camera, height, px, skirt)
     motion = face.motion(face.view.places)
     seen = np.zeros((len(px), 2, motion.shape[2]))
