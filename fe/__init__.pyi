@@ -8,6 +8,7 @@ from .elements.mesh import (
     Mesh as Mesh,
     default_mesh as default_mesh,
     even_grid as even_grid,
+    finer as finer,
     grid as grid,
 )
 from .elements.nodal_loads import nodal_loads as nodal_loads

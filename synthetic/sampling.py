@@ -8,7 +8,7 @@ import numpy as np
 from synthetic.arrays import F32
 from synthetic.compiled import njit
 
-# The displacement is known on this spacing of pixels and is a cubic in between.
+# The displacement is known at every so many pixels and is a cubic in between.
 CONTROL_PX = 8
 # The sharp image goes this far beyond the image, for what moves into it.
 BORDER_PX = 16
@@ -25,15 +25,15 @@ def _cubic(t, weights):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def moved_back(forward: F32, backward: F32) -> F32:
+def moved_back(forward: F32, backward: F32, spacing: int) -> F32:
     """Forward field where the backward field came from, at each control point."""
     rows, columns = forward.shape[:2]
     along, down = np.empty(4, np.float32), np.empty(4, np.float32)
     moved = np.zeros_like(forward)
     for r in range(rows):
         for c in range(columns):
-            x = min(max(c - backward[r, c, 0] / CONTROL_PX, 0), columns - 1)
-            y = min(max(r - backward[r, c, 1] / CONTROL_PX, 0), rows - 1)
+            x = min(max(c - backward[r, c, 0] / spacing, 0), columns - 1)
+            y = min(max(r - backward[r, c, 1] / spacing, 0), rows - 1)
             left, top = min(int(x), columns - 2), min(int(y), rows - 2)
             _cubic(np.float32(x - left), along)
             _cubic(np.float32(y - top), down)
@@ -48,16 +48,16 @@ def moved_back(forward: F32, backward: F32) -> F32:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def sample(sharp: F32, backward: F32, oversample: int, light: F32) -> None:
+def sample(sharp: F32, backward: F32, spacing: int, oversample: int, light: F32) -> None:
     """Light of each pixel: the sharp image where the pixel came from."""
     height, width = light.shape
-    weights = np.empty((CONTROL_PX, 4), np.float32)
-    for phase in range(CONTROL_PX):
-        _cubic(np.float32(phase / CONTROL_PX), weights[phase])
+    weights = np.empty((spacing, 4), np.float32)
+    for phase in range(spacing):
+        _cubic(np.float32(phase / spacing), weights[phase])
     line = np.empty(backward.shape[1:], np.float32)
     x, y = np.empty(width, np.float32), np.empty(width, np.float32)
     for r in range(height):
-        _row_of_controls(backward, r // CONTROL_PX, weights[r % CONTROL_PX], line)
+        _row_of_controls(backward, r // spacing, weights[r % spacing], line)
         _sources(line, weights, r, oversample, sharp.shape, x, y)
         _sample_row(sharp, x, y, light[r])
 
@@ -79,14 +79,17 @@ def _sources(line, weights, r, oversample, shape, x, y):
     """Places in the sharp image, kept two samples from its rim, of the pixels of row r."""
     scale, low = np.float32(oversample), np.float32(1)
     right, bottom = np.float32(shape[1] - 3), np.float32(shape[0] - 3)
-    for c in range(len(x)):
-        first, phase = c // CONTROL_PX, c % CONTROL_PX
-        dx, dy = np.float32(0), np.float32(0)
-        for i in range(4):
-            dx += weights[phase, i] * line[first + i, 0]
-            dy += weights[phase, i] * line[first + i, 1]
-        x[c] = min(max((np.float32(c + BORDER_PX) - dx) * scale, low), right)
-        y[c] = min(max((np.float32(r + BORDER_PX) - dy) * scale, low), bottom)
+    spacing = weights.shape[0]
+    for first in range(line.shape[0] - 3):
+        begin = first * spacing
+        for phase in range(min(spacing, len(x) - begin)):
+            dx, dy = np.float32(0), np.float32(0)
+            for i in range(4):
+                dx += weights[phase, i] * line[first + i, 0]
+                dy += weights[phase, i] * line[first + i, 1]
+            c = begin + phase
+            x[c] = min(max((np.float32(c + BORDER_PX) - dx) * scale, low), right)
+            y[c] = min(max((np.float32(r + BORDER_PX) - dy) * scale, low), bottom)
 
 
 @njit(cache=True, nogil=True, fastmath=True)

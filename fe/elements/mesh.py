@@ -220,6 +220,12 @@ def coarser(mesh: Mesh, fraction: float = 0.5) -> Mesh:
     return Mesh(mesh.size, counts, mesh.breaks, (runs[0], runs[1]))
 
 
+def finer(mesh: Mesh, times: int) -> Mesh:
+    """Return the mesh with every element divided into so many along each side."""
+    runs = [tuple(times * (last - first) for first, last in line.runs) for line in mesh.lines]
+    return Mesh(mesh.size, (sum(runs[0]), sum(runs[1])), mesh.breaks, (runs[0], runs[1]))
+
+
 def borders(plate: Plate) -> Breaks:
     """Places inside the plate where a patch begins or ends, along x and along y, mm."""
     along = [

@@ -19,6 +19,7 @@ from models.inverse.levenberg_marquardt import covariance
 
 PIXELS = 4  # side of the tiles over which motion counts as constant, px
 _NUDGE, _SIGNS = 0.1, (1.0, -1.0)  # mm by which a touch is moved for a derivative
+_FINER = 2  # elements in the place of one: what a place changes is steeper than what a force does
 
 
 def pixel_level(
@@ -122,7 +123,7 @@ def pixel_bound(
 def _derivatives(plate: fe.Plate, points: F64, touches: F64) -> tuple[F64, F64]:
     """Differentiate deflection (N, 3n) and slope (N, 3n, 2) by x, y and F of each touch."""
     pressed = [fe.Touch(*touch) for touch in touches.tolist()]
-    solver = fe.Linear(plate, fe.deflect(plate, pressed).mesh)
+    solver = fe.Linear(plate, fe.finer(fe.touch_mesh(plate, pressed), _FINER))
     values, slopes = list[F64](), list[F64]()
     for x, y, force in touches.tolist():
         alone = solver.deflect([fe.Touch(x, y, 1.0)])

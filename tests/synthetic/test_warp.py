@@ -55,6 +55,23 @@ def test_a_warped_image_is_the_exact_one_within_a_thousandth_of_a_pixel(displace
     assert np.abs(bias.mean(axis=0)).max() < 1.0e-4
 
 
+def wavy(points):
+    """Move along x by waves of 3.5 mm, 15 px."""
+    moved = np.zeros((len(points), 3))
+    moved[:, 0] = 0.05 * np.sin(2 * np.pi * points[:, 0] / 3.5)
+    return moved
+
+
+def test_a_finer_spacing_follows_what_eight_pixels_do_not():
+    exact, coarse = compared(wavy)
+    warper = synthetic.prepare_warp(PATTERN, CAMERA, Z, spacing=1)
+    again = synthetic.Warper.from_arrays(CAMERA, Z, warper.arrays())
+    fine = again.render(wavy(again.points), None, None) - exact
+    assert len(again.points) > 253 * 196
+    assert fine.std() < 0.6 < 5.0 < coarse.std()
+    assert np.abs(tile_bias(exact, fine)).max() < 4.0e-3
+
+
 def test_a_shift_moves_the_whole_image():
     rest = WARPER.render(np.zeros((len(WARPER.points), 3)), None, None)
     moved = WARPER.render(pressed(WARPER.points), None, None, (3.0, -2.0))
@@ -108,6 +125,7 @@ def test_a_seed_repeats_the_frame():
             "smaller than the image, 253 px, got nan px",
         ),
         (lambda: synthetic.prepare_warp(PATTERN, CAMERA, Z, oversample=0), "oversample"),
+        (lambda: synthetic.prepare_warp(PATTERN, CAMERA, Z, spacing=9), "lie in 1…8 px, got 9 px"),
     ],
 )
 def test_bad_input_is_named_in_one_sentence(call, sentence):

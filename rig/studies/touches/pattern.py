@@ -49,12 +49,15 @@ class Bench:
         return self.warper.render(moved, None, None, shift=shift) / 255.0
 
 
-def stand(thickness: float, pixels: int, edges: fe.Edge | fe.Edges = EDGES["four"]) -> Bench:
-    """Set up a bench of PVC, 254 mm a side, seen from 500 mm."""
+def stand(
+    thickness: float, pixels: int, edges: fe.Edge | fe.Edges = EDGES["four"], spacing: int = 8
+) -> Bench:
+    """Set up a bench of PVC, 254 mm a side, seen from 500 mm; motion given every `spacing` px."""
     plate = fe.Plate((254.0, 254.0), thickness, 3000.0, 0.38, edges)
     camera = synthetic.pinhole_above(plate.size, 500.0, (pixels, pixels))
     speckle = synthetic.speckle(plate.size, diameter=1.3 * 1024 / pixels, softness=0.6)
-    warper = synthetic.prepare_warp(speckle, camera, camera.face_height(thickness))
+    height = camera.face_height(thickness)
+    warper = synthetic.prepare_warp(speckle, camera, height, spacing=spacing)
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
     rng = np.random.default_rng(0)
     taken = np.array([SENSOR.capture(light, rng) for _ in range(FRAMES)], dtype=np.float64)
