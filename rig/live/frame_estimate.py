@@ -110,7 +110,8 @@ def _found(
     seen = register(chain, image, state.motion, watch)
     found = _estimated(chain, seen, state, watch, drift, time)
     for _ in range(GUESSES):
-        if found.unusable_reason or not found.hidden.any() or is_consistent(found.estimate):
+        explained = not found.hidden.any() or is_consistent(found.estimate)
+        if found.unusable_reason or (seen.settled and explained):
             break
         guessed = register(chain, image, found.state.motion, watch)
         if not strangeness(guessed) < strangeness(seen):

@@ -108,6 +108,9 @@ def _miss(chain: Chain, seen: Registered) -> float:
     return abs(lost) / (1.0 - lost)
 
 
-def strangeness(seen: Registered) -> tuple[bool, float]:
-    """How little a frame shows where the reference was moved to: the less the better."""
-    return bool(seen.unusable_reason), float(seen.hidden.mean())
+def strangeness(seen: Registered) -> tuple[bool, float, float]:
+    """How little a frame shows where the reference was moved to: the less the better.
+
+    Of two that show as much that is better which lies nearer to where the frame shows it.
+    """
+    return bool(seen.unusable_reason), float(seen.hidden.mean()), seen.off

@@ -49,6 +49,16 @@ def test_a_press_that_is_not_followed_to_its_end_is_refused(small, monkeypatch):
         measured(chain, image.astype(np.float32), None, "3")
 
 
+def test_a_frame_that_is_not_followed_to_its_end_goes_on_from_its_touches(small, monkeypatch):
+    """Though no tile looks strange: it is moved as the touches found so far move it."""
+    chain, image = pressed_far(small)
+    monkeypatch.setattr("rig.live.registration.MAX_ITERATIONS", 4)
+    found = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+    assert not found.unusable_reason
+    assert found.estimate.count == 1
+    assert np.hypot(*(found.estimate.xy[0] - (120.0, 30.0))) < 5.0
+
+
 def test_a_frame_that_is_not_followed_to_its_end_says_so(small, monkeypatch):
     chain, image = pressed_far(small)
     monkeypatch.setattr("rig.live.registration.MAX_ITERATIONS", 2)
