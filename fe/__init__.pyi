@@ -8,8 +8,8 @@ from .elements.mesh import (
     Mesh as Mesh,
     default_mesh as default_mesh,
     even_grid as even_grid,
-    finer as finer,
     grid as grid,
+    scaled_mesh as scaled_mesh,
 )
 from .elements.nodal_loads import nodal_loads as nodal_loads
 from .linear.adjoint import Adjoint as Adjoint

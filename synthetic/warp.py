@@ -190,7 +190,7 @@ def prepare_warp(
     displacement : of a plate that is bent to begin with, as in `render`; None at rest. Further
         displacement is then small against this one, and `Warper.render` takes both together.
     spacing : px between control pixels, 8 or less; a touch some millimetres from a clamped edge
-        bends a plate more than a cubic over 8 px follows, and noise bounds are 5 % off there.
+        bends a plate more than a cubic over 8 px follows.
 
     Raises
     ------

@@ -17,9 +17,6 @@ _TRUST = 0.25
 _DERIVATIVES = 3
 _TINY = 1e-24  # px², a variance below which numbers end
 _ROUNDS = 8  # in which what a block lacks is filled from what it has
-# Blocks that lie over one another err in part on their own: averaging leaves of their variance V
-# the fraction _ALONE (V/σ²)^_SHARED, fitted to drawn fields of every smoothness.
-_SHARED, _ALONE = 0.13, 1.15
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ class Grading(NamedTuple):
     growth: float
     elements: int
     across: float = 6.0
-    far: float = 2.0
+    far: float = _FAR
 
 
 class Spots(NamedTuple):

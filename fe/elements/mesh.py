@@ -210,20 +210,14 @@ def default_mesh(plate: Plate) -> Mesh:
     return even_grid(plate, _SIDE)
 
 
-def coarser(mesh: Mesh, fraction: float = 0.5) -> Mesh:
-    """Return the mesh with a fraction of the elements in each run, or six where that are fewer."""
+def scaled_mesh(mesh: Mesh, factor: float) -> Mesh:
+    """Return the mesh with so many times the elements in each run, or six where that are fewer."""
     runs = [
-        tuple(max(int((last - first) * fraction), _FEWEST) for first, last in line.runs)
+        tuple(max(int((last - first) * factor), _FEWEST) for first, last in line.runs)
         for line in mesh.lines
     ]
     counts = sum(runs[0]), sum(runs[1])
     return Mesh(mesh.size, counts, mesh.breaks, (runs[0], runs[1]))
-
-
-def finer(mesh: Mesh, times: int) -> Mesh:
-    """Return the mesh with every element divided into so many along each side."""
-    runs = [tuple(times * (last - first) for first, last in line.runs) for line in mesh.lines]
-    return Mesh(mesh.size, (sum(runs[0]), sum(runs[1])), mesh.breaks, (runs[0], runs[1]))
 
 
 def borders(plate: Plate) -> Breaks:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fe.arrays import F64
-from fe.elements.mesh import Mesh, coarser
+from fe.elements.mesh import Mesh, scaled_mesh
 
 _FRACTION = 2.0 / 3.0  # of the elements in each run
 _LEFT = 1.0 / (_FRACTION**-4 - 1.0)
@@ -34,7 +34,7 @@ class MeshError(NamedTuple):
 
 def less_mesh(mesh: Mesh) -> Mesh:
     """Return the mesh of fewer elements that errors are estimated from."""
-    return coarser(mesh, _FRACTION)
+    return scaled_mesh(mesh, _FRACTION)
 
 
 def left(values: F64, on_less: F64) -> F64:

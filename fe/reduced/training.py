@@ -10,7 +10,7 @@ import numpy as np
 
 from fe.arrays import F64
 from fe.elements.functional import derivative
-from fe.elements.mesh import coarser
+from fe.elements.mesh import scaled_mesh
 from fe.elements.refinement import refined
 from fe.plate.plate import Plate, Touch
 from fe.reduced.karman import Deflected, Karman
@@ -124,7 +124,7 @@ def snapshots(
     stress = np.empty((3, *karman.membrane.stiffness.shape, count))
     plane = np.empty((2, *karman.mesh.shape, count))
     balanced = np.zeros(count, dtype=bool)
-    coarse = Karman(karman.plate, coarser(karman.mesh))
+    coarse = Karman(karman.plate, scaled_mesh(karman.mesh, 0.5))
     coarse.prepare()
     karman.prepare()
 

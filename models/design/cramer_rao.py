@@ -123,7 +123,7 @@ def pixel_bound(
 def _derivatives(plate: fe.Plate, points: F64, touches: F64) -> tuple[F64, F64]:
     """Differentiate deflection (N, 3n) and slope (N, 3n, 2) by x, y and F of each touch."""
     pressed = [fe.Touch(*touch) for touch in touches.tolist()]
-    solver = fe.Linear(plate, fe.finer(fe.touch_mesh(plate, pressed), _FINER))
+    solver = fe.Linear(plate, fe.scaled_mesh(fe.touch_mesh(plate, pressed), _FINER))
     values, slopes = list[F64](), list[F64]()
     for x, y, force in touches.tolist():
         alone = solver.deflect([fe.Touch(x, y, 1.0)])

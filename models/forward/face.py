@@ -113,25 +113,32 @@ def seen_face(
     skirt: float,
 ) -> Face:
     """Find what pixels (N, 2) see of a face, or up to `skirt` px beside it."""
-    on, _ = near_plate(fields.plate, camera, height, px, skirt)
-    looked = local_view(camera, fields.plate, height, px[on])
-    thicker = fields.plate.material(looked.places)[0] / fields.plate.thickness
-    return Face(fields, large, height, on, looked, thicker)
+    on, places = near_plate(fields.plate, camera, height, px, skirt)
+    thicker = fields.plate.material(places)[0] / fields.plate.thickness
+    return Face(fields, large, height, on, _looked(camera, places, height), thicker)
 
 
 def near_plate(
     plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
 ) -> tuple[Mask, F64]:
     """Which pixels (N,) are within `skirt` px of the plate, and its points nearest to them, mm."""
-    nearest = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
-    seen = camera.project(np.column_stack([nearest, np.full(len(nearest), height)]))
-    near = np.abs(seen - px).max(axis=1) <= skirt
+    nearest = _nearest(plate, camera, height, px)
+    near = np.abs(camera.project(_raised(nearest, height)) - px).max(axis=1) <= skirt
     return near, nearest[near]
 
 
 def local_view(camera: synthetic.AnyCamera, plate: fe.Plate, height: float, px: F64) -> LocalView:
     """Where pixels (n, 2) look at a face."""
-    places = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
-    return LocalView(
-        places, camera.jacobian(np.column_stack([places, np.full(len(places), height)]))
-    )
+    return _looked(camera, _nearest(plate, camera, height, px), height)
+
+
+def _looked(camera: synthetic.AnyCamera, places: F64, height: float) -> LocalView:
+    return LocalView(places, camera.jacobian(_raised(places, height)))
+
+
+def _nearest(plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: F64) -> F64:
+    return np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
+
+
+def _raised(places: F64, height: float) -> F64:
+    return np.column_stack([places, np.full(len(places), height)])

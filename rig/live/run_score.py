@@ -15,10 +15,10 @@ RECENT = 300  # pairs in the running medians
 
 
 class _Errors:
-    """The last `KEPT` errors, mm, N and fraction of the true force, in memory that never grows."""
+    """The last `KEPT` errors, mm, N and fraction of the true force: the oldest give their place."""
 
     def __init__(self) -> None:
-        self._rows = np.full((KEPT, 3), np.nan, dtype=np.float32)
+        self._rows = np.empty((KEPT, 3), dtype=np.float32)
         self._count = 0
 
     def __len__(self) -> int:

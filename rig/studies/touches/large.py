@@ -173,8 +173,16 @@ def large(scenes: int) -> Iterator[Figure]:
         of_how = {key: getattr(both, how) for key, both in cells.items()}
         for count in COUNTS:
             alike = [cell for (_, number), cell in of_how.items() if number == count]
-            yield from _of_count(how, count, scenes, alike)
-        yield from _of_all(how, scenes, list(of_how.values()))
+            yield from _of_count(f"large, {COUNTS[count]}, {how}, {scenes} scenes", count, alike)
+        case = f"large, one and two touches, {how}, {scenes} scenes"
+        yield from _count_right(case, list(of_how.values()))
+        yield from _of_errors(case, list(of_how.values()))
+    for count in COUNTS:
+        alike = [cell for (_, number), both in cells.items() if number == count for cell in both]
+        yield from _of_count(f"large, {COUNTS[count]}, {scenes} scenes", count, alike)
+    every = [cell for both in cells.values() for cell in both]
+    yield from _count_right(f"large, one and two touches, {scenes} scenes", every)
+    yield from _of_errors("large", every)
     for count, bar in zip(COUNTS, TRACKED, strict=True):
         spent = [both.tracked.spent for (_, number), both in cells.items() if number == count]
         yield from _timed(f"large, {COUNTS[count]}, tracked", np.concatenate(spent), bar)
@@ -183,28 +191,33 @@ def large(scenes: int) -> Iterator[Figure]:
     )
 
 
-def _of_count(how: str, count: int, scenes: int, cells: list[Cell]) -> Iterator[Figure]:
-    """Sum up cells of so many touches that were looked at in one way."""
+def _of_count(case: str, count: int, cells: list[Cell]) -> Iterator[Figure]:
+    """Sum up cells of so many touches."""
     place = np.concatenate([cell.place for cell in cells])
     force = np.concatenate([cell.force for cell in cells])
     yield from line(
         TABLE,
-        f"large, {COUNTS[count]}, {how}, {scenes} scenes",
+        case,
         place=(float(np.median(place)), "mm", PLACE[count - 1], len(place)),
         force=(float(np.median(force)), "%", FORCE[count - 1], len(force)),
     )
 
 
-def _of_all(how: str, scenes: int, cells: list[Cell]) -> Iterator[Figure]:
-    """Sum up all cells that were looked at in one way: count, and what is stated of errors."""
+def _count_right(case: str, cells: list[Cell]) -> Iterator[Figure]:
+    """Count the frames of cells in which as many touches are found as press."""
     right = np.concatenate([cell.right for cell in cells])
+    count = 100.0 * float(np.mean(right)), "%", at_least(99.0), len(right)
+    yield from line(TABLE, case, count_right=count)
+
+
+def _of_errors(case: str, cells: list[Cell]) -> Iterator[Figure]:
+    """Hold what cells state of errors against these."""
     left_out = np.concatenate([cell.left_out for cell in cells])
     off = np.abs(np.concatenate([cell.deviations for cell in cells]))
     inside = {name: 100.0 * float(np.mean(off < limit)) for limit, name in ((1, "1"), (2, "2"))}
     yield from line(
         TABLE,
-        f"large, one and two touches, {how}, {scenes} scenes",
-        count_right=(100.0 * float(np.mean(right)), "%", at_least(99.0), len(right)),
+        case,
         **{
             "error over stated σ": (rms(off), "", Bar(0.85, 1.2), len(off)),
             "inside 1 σ": (inside["1"], "%", Bar(64.0, 72.0), len(off)),

@@ -4,8 +4,8 @@ Parts: bound. Truth is the image itself, rendered exactly without noise: it is d
 numerically along the motion of place and force of each touch, by shift, turn and scale of the
 image and by gain and offset of the light, and the information of all pixels is inverted. Plates are
 bent on a grid of equal elements that no bound knows, and their motion is given to the renderer at
-every pixel: a cubic over its usual 8 px is off by 2 to 7 % of a bound near edges. Touches lie 5 mm
-from an edge, 5 mm from both edges of a corner, and in pairs 20 mm apart anywhere.
+every pixel: near edges a cubic over its usual 8 px is too coarse. Touches lie 5 mm from an edge,
+5 mm from both edges of a corner, and in pairs 20 mm apart anywhere.
 """
 
 from collections.abc import Callable, Iterator

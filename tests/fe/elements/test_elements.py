@@ -108,7 +108,7 @@ def test_uniform_bending_and_twist_cost_the_energy_of_the_textbook():
 def test_a_finer_mesh_divides_every_element():
     patch = fe.Patch((0.0, 1.2), (0.0, 2.0), 0.2, 12000.0)
     coarse = fe.grid(fe.Plate(SIZE, 0.1, 12000.0, 0.3, patches=(patch,)), 15)
-    fine = fe.finer(coarse, 3)
+    fine = fe.scaled_mesh(coarse, 3)
     assert fine.counts == tuple(3 * count for count in coarse.counts)
     assert fine.breaks == coarse.breaks
     for lines, thrice in zip(coarse.nodes, fine.nodes, strict=True):
