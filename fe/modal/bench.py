@@ -341,7 +341,7 @@ class BenchPlate:
     def tangent(self, stress: F64, along: F64) -> Tangent:
         """Factor the released tangent stiffness of a state."""
         gained = self._stiffening @ along
-        stretched = summed(self.modal.packed, stress)
+        stretched = summed(self.modal.stretching, stress)
         matrix = self.released(self.stiffness + stretched + along.T @ gained)
         turned = np.arange(self.modal.count, len(matrix))
         matrix[turned, turned] += 1.0

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from fe.arrays import F64
+from fe.arrays import F32, F64
 from fe.elements.gauss import Gauss, dense
 from fe.elements.mesh import Mesh, even_grid
 from fe.linear.energy import rigidities
@@ -141,7 +141,7 @@ def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses)
         graded=_graded(functions, rigid.gauss, rising),
         turning=functions.giving,
         tense=_products(rigid.gauss, _uniform(rigid.gauss), slopes, slopes),
-        stretching=_products(rigid.gauss, all_stresses, slopes, slopes).astype(np.float32),
+        stretching=_triangles(_products(rigid.gauss, all_stresses, slopes, slopes)),
         shaped=_over_shapes(rigid.gauss, all_stresses, slopes, forms),
         easing=np.stack([grading(rigid, plane.stress, weight) for weight in rising]),
         giving=plane.giving,
@@ -202,6 +202,12 @@ def _products(gauss: Gauss, stress: F64, left: tuple[F64, F64], right: tuple[F64
     for m, (xx, yy, xy) in enumerate(np.moveaxis(stress, 3, 0).reshape(stress.shape[3], 3, -1, 1)):
         found[m] = lx.T @ (area * (xx * rx + xy * ry)) + ly.T @ (area * (xy * rx + yy * ry))
     return found
+
+
+def _triangles(products: F64) -> F32:
+    """Lower triangles of symmetric matrices (R, n, n), (R, n (n + 1) / 2)."""
+    rows, columns = np.tril_indices(products.shape[1])
+    return np.ascontiguousarray(products[:, rows, columns], dtype=np.float32)
 
 
 def _over_shapes(gauss: Gauss, stress: F64, slopes: tuple[F64, F64], forms: F64) -> F64:

@@ -74,8 +74,8 @@ class ModalPlate:
         Turns by moments, for each edge and its slope.
     tense : (3, n, n) float64
         Products with uniform stresses xx, yy and xy of 1 N/mm.
-    stretching : (M + U, n, n) float32
-        Products with the stresses, then what gives the drifts.
+    stretching : (M + U, n (n + 1) / 2) float32
+        Products with the stresses, then what gives the drifts: lower triangles.
     shaped : (S, M + U, n) float64
         The same with a shape of 1 mm.
     easing : (14, M, M) float64
@@ -127,12 +127,6 @@ class ModalPlate:
     def turns(self) -> int:
         """Number of turns of the edges, J."""
         return self.turning.shape[1]
-
-    @cached_property
-    def packed(self) -> F32:
-        """Lower triangles of the products with the stresses, (M, n (n + 1) / 2)."""
-        rows, columns = np.tril_indices(len(self.stiffness))
-        return np.ascontiguousarray(self.stretching[: len(self.easing[0]), rows, columns])
 
     @cached_property
     def described(self) -> F64:

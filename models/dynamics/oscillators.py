@@ -127,15 +127,13 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
             f" {exposure:g} s; leave frames out that are not later than the last"
         )
     exposure = min(exposure, interval)
-    steps = _steps(interval, exposure)
-    before = np.cumsum(steps) <= interval - exposure + 1e-12
-    # Knots lie evenly before the exposure, and in it: two lengths of step, or one.
-    lengths, kinds = np.unique(steps, return_inverse=True)
-    segments = [_segment(dynamics, step) for step in lengths.tolist()]
-    free, first, second = (np.array([one[k] for one in segments]) for k in range(3))
-    kind = np.asarray(kinds, dtype=np.int64)
-    carry, carried, opened = _carried(free, first, second, kind, int(before.sum()))
-    weights = _trapezoids(np.where(before, 0.0, steps)) / exposure
+    lengths, counts = _divided(interval, exposure)
+    steps, kinds = lengths.repeat(counts), np.arange(len(counts)).repeat(counts)
+    inside = kinds == len(counts) - 1
+    opens = len(steps) - int(counts[-1])
+    free, first, second = _segments(dynamics.omega, dynamics.damping, lengths)
+    carry, carried, opened = _carried(free, first, second, kinds, opens)
+    weights = _trapezoids(np.where(inside, steps, 0.0)) / exposure
     seen = _mean(dynamics, carry - opened[:, :2], exposure)
     pressed = _mean(dynamics, carried - opened[:, 2:], exposure) + weights[:, None]
     turn, damping = dynamics.omega * interval, dynamics.damping
@@ -143,12 +141,12 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
     return Span(steps, carry, carried, seen, pressed, weights, turn, damping, *knots)
 
 
-def _steps(interval: float, exposure: float) -> F64:
-    """Divide an interval by knots, of which one lies where the exposure begins."""
-    parts = [part for part in (interval - exposure, exposure) if part > 1e-9]
+def _divided(interval: float, exposure: float) -> tuple[F64, I64]:
+    """Divide what comes before the exposure, and the exposure: lengths of steps, and how many."""
+    parts = np.array([part for part in (interval - exposure, exposure) if part > 1e-9])
     longest = max(LONGEST, interval / (MAX_STEPS - 1))
-    counts = [int(np.ceil(part / longest - 1e-9)) for part in parts]
-    return np.concatenate([np.full(n, part / n) for part, n in zip(parts, counts, strict=True)])
+    counts = np.ceil(parts / longest - 1e-9).astype(np.int64)
+    return parts / counts, counts
 
 
 def _trapezoids(steps: F64) -> F64:
@@ -174,7 +172,7 @@ def _carried(free: F64, first: F64, second: F64, kinds: I64, opens: int) -> tupl
     Parameters
     ----------
     free, first, second : (S, 2, 2, K), (S, 2, K), (S, 2, K) float64
-        See `_segment`.
+        See `_segments`.
 
     Returns
     -------
@@ -204,21 +202,28 @@ def _carried(free: F64, first: F64, second: F64, kinds: I64, opens: int) -> tupl
     return whole[:, :2].copy(), whole[:, 2:].copy(), opened
 
 
-def _segment(dynamics: PlateDynamics, step: float) -> tuple[F64, F64, F64]:
-    """State after a step by that before, (2, 2, K), and by u at its two ends, (2, K) each.
+@njit(cache=True, nogil=True)
+def _segments(omega: F64, damping: F64, steps: F64) -> tuple[F64, F64, F64]:
+    """State after each of S steps by that before, (S, 2, 2, K), and by u at its ends, (S, 2, K).
 
     With u linear, q - u + 2 ζ u̇ / ω swings freely.
     """
-    omega, zeta = dynamics.omega, dynamics.damping
-    root = np.sqrt(1.0 - zeta**2)
-    fade = np.exp(-zeta * omega * step)
-    sine, cosine = fade * np.sin(root * omega * step) / root, fade * np.cos(root * omega * step)
-    free = np.array([[cosine + zeta * sine, sine], [-sine, cosine - zeta * sine]])
-    # By the slope s = u̇ / ω: away = (q - u + 2 ζ s, q̇ / ω - s).
-    by_slope = np.array([2 * zeta, -np.ones_like(zeta)])
-    turned = np.einsum("abk,bk->ak", free, by_slope)
-    ramp = (turned - by_slope) / (omega * step)
-    even = np.array([1.0 - free[0, 0], -free[1, 0]])
-    # A unit of u at the end is a slope of 1 / (ω step) and an end 1 higher than its beginning.
-    second = ramp + np.array([np.ones_like(zeta), np.zeros_like(zeta)])
-    return free, even - second, second
+    size, modes = len(steps), len(omega)
+    free = np.empty((size, 2, 2, modes))
+    first, second = np.empty((size, 2, modes)), np.empty((size, 2, modes))
+    for s in range(size):
+        for m in range(modes):
+            zeta, phase = damping[m], omega[m] * steps[s]
+            root, fade = np.sqrt(1.0 - zeta**2), np.exp(-zeta * phase)
+            sine, cosine = fade * np.sin(root * phase) / root, fade * np.cos(root * phase)
+            by = free[s, :, :, m]
+            by[0, 0], by[0, 1] = cosine + zeta * sine, sine
+            by[1, 0], by[1, 1] = -sine, cosine - zeta * sine
+            # By the slope r = u̇ / ω: away = (q - u + 2 ζ r, q̇ / ω - r). A unit of u at the end is
+            # a slope of 1 / (ω step) and an end 1 higher than its beginning.
+            along, across = 2.0 * zeta, -1.0
+            second[s, 0, m] = (by[0, 0] * along + by[0, 1] * across - along) / phase + 1.0
+            second[s, 1, m] = (by[1, 0] * along + by[1, 1] * across - across) / phase
+            first[s, 0, m] = 1.0 - by[0, 0] - second[s, 0, m]
+            first[s, 1, m] = -by[1, 0] - second[s, 1, m]
+    return free, first, second

@@ -54,6 +54,12 @@ class Seeing:
         """Standard deviations of a measurement by a unit of each low mode, (k,)."""
         return np.linalg.norm(self.factor[: self.low], axis=1)
 
+    @cached_property
+    def _alone(self) -> TouchTangent:
+        """No response, for no place."""
+        low, stiff = np.empty((0, 3, self.low)), np.empty((0, 3, self.basis.shape[1]))
+        return TouchTangent(np.empty((0, 2)), low, stiff, np.empty((len(self.basis), 0)))
+
     def within(self, places: F64) -> F64:
         """Places (n, 2) mm, those beside the plate on its edge."""
         return np.clip(places, 0.0, np.array(self.modes.plate.size))
@@ -66,6 +72,8 @@ class Seeing:
 
     def about(self, places: F64) -> TouchTangent:
         """Response to touches at some places (n, 2) mm, and how it changes with them."""
+        if not len(places):
+            return self._alone
         places = self.within(places)
         response = self.modes.response(places)
         slope = self.modes.gradient(places).transpose(0, 2, 1)
