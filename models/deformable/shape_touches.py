@@ -24,8 +24,10 @@ FIELDS = 150
 _PASSES, _RESPONSES = 4, 4
 # Largest motion of a tile, px, at which a pass is the last one.
 _SETTLED = 0.01
-# mm and degrees that a base may move on the tangent before the response is prepared anew.
-_NEAR = np.array([0.03, 0.1])
+# mm and degrees that a base may move on the tangent before the response is prepared anew: at most,
+# and at least, which is what noise moves it by. Between them, what changes the least stiffness of
+# the shape by so much of it: a touch bends it by as much more or less.
+_FAR, _NEAR, _ALIKE = np.array([0.03, 0.1]), np.array([0.0006, 0.002]), 0.01
 # Ratio of one order of the response to the one before, beyond which the next ones count: the
 # error is about its cube.
 _SERIES = 0.3
@@ -65,6 +67,8 @@ class PreparedShape:
         Of a frame of the camera.
     mesh_error : (m,) float64
         What the elements of the shape may be off by, in units of the noise of the forward model.
+    reach : (2,) float64, mm and degrees
+        That the base may bend and twist on before the response is another one.
     """
 
     state: fe.ShellState
@@ -74,6 +78,7 @@ class PreparedShape:
     estimator: Estimator
     noise: float
     mesh_error: F64
+    reach: F64
 
     def still(self, camera: F64) -> F64:
         """Amplitudes (K + 6,) of an untouched shape whose camera moved by (4,)."""
@@ -81,7 +86,7 @@ class PreparedShape:
 
     def travelled(self, motion: F64) -> float:
         """How far the base has moved, in parts of what the response is good for."""
-        return float((np.abs(motion[-2:]) / _NEAR).max())
+        return float((np.abs(motion[-2:]) / self.reach).max())
 
     def explains(self, misfit: float) -> bool:
         """Whether noise and imaging explain what the shape leaves of an image, grey levels²."""
@@ -173,7 +178,7 @@ class PreparedShape:
         return np.asarray(np.outer(off, off), dtype=np.float64)
 
     def _surface(self, motion: F64, misfit: float, touches: F64) -> Surface:
-        if (np.abs(motion[-2:]) > _NEAR).any():
+        if (np.abs(motion[-2:]) > _FAR).any():
             return Surface.MOVED_ON
         if not self.explains(misfit):
             return Surface.NO_FIT
@@ -181,8 +186,9 @@ class PreparedShape:
             return Surface.NEAR_LIMIT
         if len(touches):
             series = self.response.nonlinearity(touches[:, :2], touches[:, 2]).max()
-            return Surface.TOO_SOFT if series > _SERIES else Surface.SEEN
-        return Surface.SEEN
+            if series > _SERIES:
+                return Surface.TOO_SOFT
+        return Surface.MOVED_ON if self.travelled(motion) > 1.0 else Surface.SEEN
 
 
 def prepare_shape(
@@ -220,7 +226,19 @@ def prepare_shape(
     forward = pattern.forward(noise)
     estimator = Estimator(forward, max_touches=max_touches, friction=friction)
     off = _mesh_error(pattern, seen, SeenShape(state, watched.camera)) / noise
-    return PreparedShape(state, response, shown, pattern, estimator, noise, off)
+    return PreparedShape(state, response, shown, pattern, estimator, noise, off, _reach(state))
+
+
+def _reach(state: fe.ShellState) -> F64:
+    """How far a base may move before its shape is stiffer or softer, (2,) mm and degrees."""
+    base, (bend, twist) = state.base, _FAR.tolist()
+    back = base.twist - float(np.copysign(twist, base.twist))  # a base has no twist beyond 90°
+    changes: list[float] = []
+    for there in (fe.Base(base.bend + bend, base.twist), fe.Base(base.bend, back)):
+        moved = state.shell.moved(state, there).stability
+        change = abs(moved.eigenvalue / state.stability.eigenvalue - 1.0)
+        changes.append(change if np.isfinite(change) else np.inf)
+    return np.maximum(_FAR * (_ALIKE / np.maximum(changes, _ALIKE)), _NEAR)
 
 
 def unexplained(estimate: Estimate, measured: F64) -> float:

@@ -1,7 +1,7 @@
 """Touches on a base that is bent and twisted, from single frames of which nothing is known.
 
 Parts: any (base, shape and touch drawn over the whole range), limit (bases near a limit point,
-where a bow buckles or begins to lean). Truth is the whole shell under the touch on 28 × 28
+where a bow buckles or begins to lean). Truth is the whole shell under the touch on 40 × 40
 elements, any of its stable shapes, photographed exactly at 640² with a noise of 2 grey levels; the
 estimator has 20 × 20 for touches and 36 × 36 for the shape, the flat reference and nothing else.
 The bound is that of the pixels, by differences of the shell, with base, camera and light unknown.
@@ -31,6 +31,7 @@ NEAR = "bent and twisted base near a limit point"
 SCENES, LIMITS, BOUNDS = 40, 20, 40
 BEND, TWIST, FORCE, MARGIN = (0.0, 10.0), (-15.0, 15.0), (0.5, 2.0), 8.0
 NOISE, SIDE, FINER, SEED = 2.0, 20, 36, 11
+TRUE = 40  # elements a side of the truth: coarser ones are off by more than noise, at rest
 # Wrong, and not by noise: mm, fraction of the force, and stated σ.
 WRONG, WRONG_FORCE, SURE = 3.0, 0.15, 4.0
 # Of the eigenvalue at rest: nearer than this a base counts as near a limit point.
@@ -87,7 +88,7 @@ def setup(rng: np.random.Generator) -> Setup:
     """Prepare truth and estimator."""
     camera = synthetic.pinhole_above(PLATE.size, 500.0, (640, 640))
     pattern = synthetic.speckle(PLATE.size, diameter=0.8, softness=0.75, seed=3)
-    truth = Truth(PLATE, camera, pattern, synthetic.Sensor(noise=NOISE))
+    truth = Truth(PLATE, camera, pattern, synthetic.Sensor(noise=NOISE), TRUE)
     shell = fe.Shell(PLATE, fe.Mesh(PLATE.size, (SIDE, SIDE)))
     known = models.with_images(cached.shapes(shell, lambda done, total: None))
     finer = fe.Shell(PLATE, fe.Mesh(PLATE.size, (FINER, FINER)))

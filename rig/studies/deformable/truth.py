@@ -58,17 +58,20 @@ class Truth:
     camera : synthetic.AnyCamera
     pattern : synthetic.Pattern
     sensor : synthetic.Sensor
+    elements : int
+        Of the truth, a side.
     """
 
     plate: fe.Plate
     camera: synthetic.AnyCamera
     pattern: synthetic.Pattern
     sensor: synthetic.Sensor
+    elements: int = SIDE
 
     @cached_property
     def shell(self) -> fe.Shell:
         """The plate on the elements of the truth."""
-        return fe.Shell(self.plate, fe.Mesh(self.plate.size, (SIDE, SIDE)))
+        return fe.Shell(self.plate, fe.Mesh(self.plate.size, (self.elements, self.elements)))
 
     def shape(self, base: fe.Base, rng: np.random.Generator) -> fe.ShellState:
         """Draw one of the shapes in which a base rests: a half turn of the one found first."""

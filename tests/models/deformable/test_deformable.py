@@ -144,6 +144,25 @@ def test_near_a_limit_no_touch_is_stated():
     assert "near a limit point" in said.surface.value
 
 
+def test_a_base_may_move_as_far_as_a_touch_bends_it_alike():
+    """A twist of 0.1 degrees leaves a firm base alone, and makes a soft one a tenth softer."""
+    place, light = np.array([[62.0, 31.0]]), fe.Touch(62.0, 31.0, 0.02)
+
+    def given(state):
+        return (state.touch([light]).displacement(place) - state.displacement(place))[0, 2]
+
+    for twist, reached in ((0.0, 0.1), (3.2, 0.01)):
+        state = SHELL.at(fe.Base(2.5, twist))
+        reach = models.prepare_shape(watched(), state, NOISE).reach[1]
+        assert reach == pytest.approx(reached, rel=0.2)
+        before = given(state)
+        for side in (-reach, reach):
+            after = given(SHELL.moved(state, fe.Base(2.5, twist + side)))
+            assert after == pytest.approx(before, rel=0.02)
+    far = given(SHELL.moved(state, fe.Base(2.5, twist + 0.1)))
+    assert abs(far / before - 1.0) > 0.05
+
+
 def test_the_image_says_which_of_the_shapes_it_shows():
     shapes = models.turned_shapes(SHELL.at(fe.Base(2.5, 1.0)))
     assert len(shapes) == 2
