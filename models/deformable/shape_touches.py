@@ -27,7 +27,7 @@ _SETTLED = 0.01
 # mm and degrees that a base may move on the tangent before the response is prepared anew: at most,
 # and at least, which is what noise moves it by. Between them, what changes the least stiffness of
 # the shape by so much of it: a touch bends it by as much more or less.
-_FAR, _NEAR, _ALIKE = np.array([0.03, 0.1]), np.array([0.0006, 0.002]), 0.01
+_FAR, _NEAR, _ALIKE = np.array([0.03, 0.1]), np.array([0.0006, 0.002]), 0.02
 # Ratio of one order of the response to the one before, beyond which the next ones count: the
 # error is about its cube.
 _SERIES = 0.3

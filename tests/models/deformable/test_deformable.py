@@ -151,14 +151,14 @@ def test_a_base_may_move_as_far_as_a_touch_bends_it_alike():
     def given(state):
         return (state.touch([light]).displacement(place) - state.displacement(place))[0, 2]
 
-    for twist, reached in ((0.0, 0.1), (3.2, 0.01)):
+    for twist, reached in ((0.0, 0.1), (3.2, 0.02)):
         state = SHELL.at(fe.Base(2.5, twist))
         reach = models.prepare_shape(watched(), state, NOISE).reach[1]
         assert reach == pytest.approx(reached, rel=0.2)
         before = given(state)
         for side in (-reach, reach):
             after = given(SHELL.moved(state, fe.Base(2.5, twist + side)))
-            assert after == pytest.approx(before, rel=0.02)
+            assert after == pytest.approx(before, rel=0.03)
     far = given(SHELL.moved(state, fe.Base(2.5, twist + 0.1)))
     assert abs(far / before - 1.0) > 0.05
 
