@@ -68,7 +68,7 @@ class PreparedShape:
     mesh_error : (m,) float64
         What the elements of the shape may be off by, in units of the noise of the forward model.
     reach : (2,) float64, mm and degrees
-        That the base may bend and twist on before the response is another one.
+        How far the base may bend and twist on before the response is another one.
     """
 
     state: fe.ShellState

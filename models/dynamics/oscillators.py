@@ -143,9 +143,10 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
 
 def _divided(interval: float, exposure: float) -> tuple[F64, I64]:
     """Divide what comes before the exposure, and the exposure: lengths of steps, and how many."""
-    parts = np.array([part for part in (interval - exposure, exposure) if part > 1e-9])
+    before = interval - exposure
+    parts = np.array([before, exposure] if before > 1e-9 else [exposure])
     longest = max(LONGEST, interval / (MAX_STEPS - 1))
-    counts = np.ceil(parts / longest - 1e-9).astype(np.int64)
+    counts = np.maximum(np.ceil(parts / longest - 1e-9), 1).astype(np.int64)
     return parts / counts, counts
 
 
@@ -221,9 +222,8 @@ def _segments(omega: F64, damping: F64, steps: F64) -> tuple[F64, F64, F64]:
             by[1, 0], by[1, 1] = -sine, cosine - zeta * sine
             # By the slope r = u̇ / ω: away = (q - u + 2 ζ r, q̇ / ω - r). A unit of u at the end is
             # a slope of 1 / (ω step) and an end 1 higher than its beginning.
-            along, across = 2.0 * zeta, -1.0
-            second[s, 0, m] = (by[0, 0] * along + by[0, 1] * across - along) / phase + 1.0
-            second[s, 1, m] = (by[1, 0] * along + by[1, 1] * across - across) / phase
+            second[s, 0, m] = (2.0 * zeta * (by[0, 0] - 1.0) - by[0, 1]) / phase + 1.0
+            second[s, 1, m] = (2.0 * zeta * by[1, 0] - by[1, 1] + 1.0) / phase
             first[s, 0, m] = 1.0 - by[0, 0] - second[s, 0, m]
             first[s, 1, m] = -by[1, 0] - second[s, 1, m]
     return free, first, second

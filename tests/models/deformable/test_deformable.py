@@ -153,7 +153,8 @@ def test_a_base_may_move_as_far_as_a_touch_bends_it_alike():
 
     for twist, reached in ((0.0, 0.1), (3.2, 0.02)):
         state = SHELL.at(fe.Base(2.5, twist))
-        reach = models.prepare_shape(watched(), state, NOISE).reach[1]
+        ready = models.prepare_shape(watched(), state, NOISE)
+        reach = ready.reach[1]
         assert reach == pytest.approx(reached, rel=0.2)
         before = given(state)
         for side in (-reach, reach):
@@ -161,6 +162,10 @@ def test_a_base_may_move_as_far_as_a_touch_bends_it_alike():
             assert after == pytest.approx(before, rel=0.03)
     far = given(SHELL.moved(state, fe.Base(2.5, twist + 0.1)))
     assert abs(far / before - 1.0) > 0.05
+    further = image(TRUTH.at(fe.Base(2.5, twist + 0.06)), np.random.default_rng(6))
+    said = ready.read(further, ready.still(np.zeros(4)), np.empty((0, 3)))
+    assert said.surface is models.Surface.MOVED_ON
+    assert said.base.twist == pytest.approx(twist + 0.06, abs=0.02)
 
 
 def test_the_image_says_which_of_the_shapes_it_shows():
