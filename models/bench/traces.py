@@ -14,7 +14,7 @@ from scipy.linalg import block_diag
 
 from models.arrays import F64, Mask
 from models.bench.bench import BenchEstimate
-from models.forward.bench_forward import BenchForward
+from models.forward.bench_forward import ASTRAY, BenchForward
 
 # Of what a plate usually keeps: how much a trace may change besides fading, and how far a state
 # that is not quite that of the plate may mislead a frame.
@@ -97,10 +97,24 @@ class Traces:
         return Traces(self.touches, 0.5 * self.part, covariance)
 
 
-def left_by(touches: F64) -> Traces:
-    """State what is known of traces that touches (k, 3) have just left."""
-    numbers = touches.size
-    return Traces(touches, np.zeros(numbers), np.eye(numbers))
+def left_by(touches: F64, moved: F64 | None = None) -> Traces:
+    """State what is known of traces that touches (k, 3) have just left.
+
+    Parameters
+    ----------
+    touches : (k, 3) float64, mm, mm, N
+        As they were seen last.
+    moved : (k, 2) float64, mm, optional
+        How far each had moved from the frame before. It ended up to as far further on, anywhere
+        alike: its trace is looked for half-way. Without it all had rested.
+    """
+    ways = np.zeros((len(touches), 2)) if moved is None else moved
+    half_way = touches + np.column_stack([0.5 * ways, np.zeros(len(ways))])
+    covariance = np.eye(touches.size)
+    for index, way in enumerate(ways / ASTRAY):
+        place = slice(3 * index + 1, 3 * index + 3)
+        covariance[place, place] += np.outer(way, way) / 12.0
+    return Traces(half_way, np.zeros(touches.size), covariance)
 
 
 NO_TRACES = left_by(np.empty((0, 3)))

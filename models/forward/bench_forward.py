@@ -29,7 +29,7 @@ add to the motion is taken for those and for the modes, as the images will take 
 THICKNESS = [name for name, _ in BENCH].index("thickness")
 
 _PLATE = len(fe.BENCH_PARAMETERS)
-_ASTRAY = 4.0  # mm: fingers glide and roll as they lift
+ASTRAY = 4.0  # mm: fingers glide and roll as they lift
 # Change of a measurement, in standard deviations of its noise, up to which the derivatives of a
 # state near by tell it: to a hundredth of one, for it comes from tenths of a millimetre.
 _CARRIED = 2.0
@@ -300,8 +300,9 @@ class BenchForward:
 
     def _trace(self, touch: F64) -> F64:
         """All amplitudes of the plate under a touch, and by its place, (3, all of them)."""
-        state = self.fields.bench.press(touch[None])
-        return np.concatenate([state.values[None], _ASTRAY * state.jacobian().T[:2]])
+        on_plate = np.clip(touch, 0.0, (*self.plate.size, np.inf))
+        state = self.fields.bench.press(on_plate[None])
+        return np.concatenate([state.values[None], ASTRAY * state.jacobian().T[:2]])
 
     def near(self, state: fe.Pressed) -> BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""

@@ -24,6 +24,10 @@ def _none() -> F64:
     return np.empty((0, 3))
 
 
+def _no_way() -> F64:
+    return np.empty((0, 2))
+
+
 @dataclass(frozen=True, eq=False)
 class Memory:
     """What pressed the plate, as x, y and the largest force since it came.
@@ -32,6 +36,8 @@ class Memory:
     ----------
     held : (n, 3) float64, mm, mm, N
         The touches of the last frame.
+    moved : (n, 2) float64, mm
+        How far each of them had moved from the frame before.
     left : Traces
         Of those that ended last, the latest first.
     covered : (n, 3) float64, mm, mm, N
@@ -39,6 +45,7 @@ class Memory:
     """
 
     held: F64 = field(default_factory=_none)
+    moved: F64 = field(default_factory=_no_way)
     left: Traces = NO_TRACES
     covered: F64 = field(default_factory=_none)
 
@@ -48,6 +55,7 @@ class Memory:
         for touch in largest:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
         held = largest[found[:, 2] >= FADED * largest[:, 2]]
+        moved = np.array([_way(self.held, touch) for touch in held]).reshape(-1, 2)
         come = held[_which(held, lambda touch: not _near(self.held, touch).any())]
         gone = _which(self.held, lambda touch: not _near(held, touch).any())
         ended = gone & ~_which(self.held, lambda touch: _slid(touch, come))
@@ -62,15 +70,22 @@ class Memory:
         covered = np.concatenate([before[under & ~renewed], self.covered[still & ~over]])[:MANY]
         back = self.covered[~still & ~over]
         if not (ended.any() or renewed.any() or under.any() or len(back)):
-            return Memory(held, self.left, covered)
+            return Memory(held, moved, self.left, covered)
         older = self.left.of(~renewed & ~under).and_older(left_by(back))
-        left = left_by(self.held[ended]).and_older(older)
-        return Memory(held, left.of(np.arange(len(left)) < MANY), covered)
+        left = left_by(self.held[ended], self.moved[ended]).and_older(older)
+        return Memory(held, moved, left.of(np.arange(len(left)) < MANY), covered)
 
 
 def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:
     """For which touches (n, 3) something holds, (n,)."""
     return np.array([holds(touch) for touch in touches], dtype=bool)
+
+
+def _way(before: F64, touch: F64) -> F64:
+    """How far a touch has moved from the nearest of those before, (2,); zero where none is near."""
+    ways = touch[:2] - before[:, :2]
+    ways = ways[np.argsort(np.hypot(*ways.T))][:1]
+    return ways[0] if len(ways) and np.hypot(*ways[0]) <= SLID else np.zeros(2)
 
 
 def _slid(touch: F64, come: F64) -> bool:

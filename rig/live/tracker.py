@@ -132,7 +132,7 @@ class FrameProcessor:
             rest,
             touches=before.touches,
             from_strain=before.from_strain,
-            memory=Memory(held=before.memory.held),
+            memory=Memory(before.memory.held, before.memory.moved),
         )
 
     def stand_still(self, prepared: PreparedBench) -> None:

@@ -25,6 +25,7 @@
 /start/touches         (N, n, 3) float64
 /start/from_strain     (N, n, 3) float64
 /start/held            (N, n, 3) float64      see `Memory`
+/start/moved           (N, n, 2) float64
 /start/left            (N, 8, 3) float64
 /start/trace           (N, 24) float64        what is known of their traces, see `Traces`
 /start/trace_scatter   (N, 24, 24) float64
@@ -98,6 +99,7 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
         "start/touches": (touches, "f8"),
         "start/from_strain": (touches, "f8"),
         "start/held": (touches, "f8"),
+        "start/moved": ((max_touches, 2), "f8"),
         "start/left": ((MANY, 3), "f8"),
         "start/trace": ((3 * MANY,), "f8"),
         "start/trace_scatter": ((3 * MANY, 3 * MANY), "f8"),
@@ -159,6 +161,7 @@ def rows(record: FrameRecord, layout: Shapes, number: int = 0) -> dict[str, AnyA
         "start/touches": record.before.touches,
         "start/from_strain": record.before.from_strain,
         "start/held": record.before.memory.held,
+        "start/moved": record.before.memory.moved,
         "start/left": left.touches,
         "start/trace": left.part,
         "start/trace_scatter": padded(left.covariance, 3 * MANY),
@@ -199,6 +202,8 @@ def state(row: Mapping[str, AnyArray]) -> ChainState:
         there(row.get(f"start/{name}", none)) for name in ("held", "left", "covered")
     )
     traces = left_by(left)
+    moved = row.get("start/moved", np.empty((0, 2)))[: len(held)]
+    moved = np.concatenate([np.nan_to_num(moved), np.zeros((len(held) - len(moved), 2))])
     if "start/trace" in row:
         numbers = left.size
         scatter = row["start/trace_scatter"][:numbers, :numbers]
@@ -208,7 +213,7 @@ def state(row: Mapping[str, AnyArray]) -> ChainState:
         row["start/rest"],
         there(row["start/touches"]),
         there(row["start/from_strain"]),
-        Memory(held, traces, covered),
+        Memory(held, moved, traces, covered),
     )
 
 

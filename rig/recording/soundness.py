@@ -66,6 +66,7 @@ BOUNDED = (
     "start/touches",
     "start/from_strain",
     "start/held",
+    "start/moved",
     LEFT,
     TRACE,
     SCATTER,

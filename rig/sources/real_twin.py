@@ -118,7 +118,7 @@ class RealTwin:
         total = np.zeros((len(self.warper.points), 3))
         for one in self.states.lasting if self.departure.leftover else ():
             age = time - one.end
-            if age > 0.0:  # the last of its ends
+            if age >= 0.0:  # the last of its ends
                 age %= self.states.length
                 if age < FORGOTTEN * self.departure.fading:
                     size = self.departure.leftover * exp(-age / self.departure.fading)

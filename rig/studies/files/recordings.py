@@ -63,6 +63,7 @@ def recorded_frame(number: int) -> dict[str, AnyArray]:
         "start/touches": touch,
         "start/from_strain": touch,
         "start/held": touch,
+        "start/moved": touch[:, :2],
         "start/left": touch,
         "start/covered": touch[1:],
         "start/trace": np.array([0.5, 0.1, -0.2] + [np.nan] * 3),

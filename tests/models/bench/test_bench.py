@@ -13,6 +13,7 @@ import fe
 import models
 from models.bench import identify as identification, joint
 from models.bench.marginal import own_error
+from models.forward.bench_forward import ASTRAY
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NAMES = [name for name, _ in models.BENCH]
@@ -414,6 +415,34 @@ def test_what_an_ended_touch_left_is_no_touch_and_hides_none_elsewhere(forward, 
     assert estimate.count == 1
     off = np.append(estimate.xy[0] - touch[0, :2], estimate.force[0] - touch[0, 2])
     assert off @ np.linalg.solve(estimate.covariance, off) < 16.0
+
+
+def test_what_a_sliding_touch_left_further_on_is_no_touch(forward, identified, true):
+    """It was seen last 15 mm before where it ended, as in a loop of five frames a second."""
+    estimator, rng = models.Estimator(forward, bench=identified), np.random.default_rng(6)
+    seen, way = np.array([[60.0, 40.0, 1.0]]), np.array([[12.0, 9.0]])
+    ended = seen + np.array([12.0, 9.0, 0.0])
+    measured = 0.02 * forward.on(true, None).read(ended)[0]
+    measured += rng.standard_normal(len(measured))
+    rested, moved = (models.left_by(seen, each) for each in (None, way))
+    assert estimator.fit_whitened(measured, left=rested).count == 1
+    assert estimator.fit_whitened(measured, left=moved).count == 0
+
+
+def test_a_touch_that_slid_may_have_ended_anywhere_up_to_as_far_again():
+    """Held against touches drawn along the way, each keeping a part of its own."""
+    rng, way = np.random.default_rng(11), np.array([24.0, -8.0])
+    part, further = rng.standard_normal((200_000, 1)), rng.uniform(-0.5, 0.5, (200_000, 1))
+    place = rng.standard_normal((200_000, 2)) + part * further * way / ASTRAY
+    drawn = np.cov(np.column_stack([part, place]).T)
+    stated = models.left_by(np.array([[60.0, 40.0, 1.0]]), way[None])
+    np.testing.assert_allclose(stated.touches, [[72.0, 36.0, 1.0]])
+    np.testing.assert_allclose(stated.covariance, drawn, atol=0.05)
+
+
+def test_a_touch_that_slid_on_from_an_edge_has_its_trace_on_the_plate(forward):
+    off, on = np.array([[-3.0, 40.0, 1.0]]), np.array([[0.0, 40.0, 1.0]])
+    np.testing.assert_allclose(forward.left(off), forward.left(on))
 
 
 KEPT = 0.6  # of what the bench usually keeps: the part of a touch that the plate still shows

@@ -57,7 +57,6 @@ def ending(client):
 
 @pytest.mark.slow
 @KINDS
-@pytest.mark.timeout(600)  # the client may have to compile every kernel first
 def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images, kind):
     size, file = SMALL["camera.pixels"], images / "session.h5"
     settings = SMALL | {

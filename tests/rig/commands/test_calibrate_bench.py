@@ -20,6 +20,7 @@ from rig.studies.real_bench.session import write_presses, write_scene, write_tou
 from rig.studies.real_bench.truth import Truth
 
 COMMAND = [sys.executable, "-c", "from rig.cli import main; main()", "calibrate", "bench"]
+pytestmark = pytest.mark.slow
 TOUCHES, ALONE = 67, 20  # of a run, and those before its touches have shown the bench
 
 
@@ -41,7 +42,6 @@ def answer(session):
     return json.loads(done.stdout)
 
 
-@pytest.mark.slow
 def test_it_finds_the_bench_and_says_how_well(answer):
     numbers = {each["name"]: each for each in answer["parameters"]}
     assert answer["converged"]
@@ -52,8 +52,6 @@ def test_it_finds_the_bench_and_says_how_well(answer):
         assert abs(numbers[name]["value"] - true) < 5 * numbers[name]["sigma"]
 
 
-@pytest.mark.slow
-@pytest.mark.timeout(900)  # two minutes alone on a core, twice that beside another test
 def test_touches_are_right_after_it_and_not_before(session, answer):
     scene, _, _, made = session
     assert answer["path"] == str(scene.with_name("scene.calibration.json"))
@@ -68,7 +66,6 @@ def test_touches_are_right_after_it_and_not_before(session, answer):
     assert (before.false, after.false, after.missed, after.phantoms) == (0, 0, 0, 0)
 
 
-@pytest.mark.slow
 def test_touches_that_nobody_labels_show_a_bench_from_the_twenty_fourth_on(tmp_path):
     """Until then places are off by what may be wrong; after it by less than half of that."""
     truth = Truth(ALL, 6)

@@ -83,7 +83,6 @@ def test_a_stretched_plate_that_creeps_shows_the_force_that_is_held(stretched, f
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)  # compiles what a bench needs
 @pytest.mark.parametrize("followed", [True, False])
 def test_creep_is_followed_on_a_bench_that_is_known_only_so_well(small, followed):
     scene = {"comparison": None, "estimator.bench": "usual"}

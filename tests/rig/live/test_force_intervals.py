@@ -37,7 +37,6 @@ def test_a_touch_near_an_edge_has_bounds_and_one_in_the_middle_has_none(small):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)  # compiles what a bench needs
 def test_a_force_that_the_bench_leaves_open_has_bounds(small):
     scene = small({"comparison": None, "estimator.bench": "usual"})
     (mark,) = seen(scene, (HARDLY_KNOWN,))

@@ -20,7 +20,6 @@ TOUCHES = (fe.Touch(150.0, 90.0, 2.5), fe.Touch(80.0, 120.0, 1.2))  # w/h of 1.1
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)  # the reduced plate is trained from 200 states
 def test_a_press_of_a_finger_on_a_thin_plate_is_found_in_images_of_the_shell(small):
     plate = small().model_dump()["plate"] | THIN
     scene = small({"plate": plate, "touches.force": [0.5, 3.0], "estimator.modes": 80})

@@ -17,7 +17,7 @@ def after(*frames):
 
 
 def test_a_touch_that_goes_is_left_with_the_largest_force_it_had():
-    memory = after([(50, 40, 1.0)], [(51, 40, 4.0)], [(52, 40, 3.0)], [])
+    memory = after([(50, 40, 1.0)], [(52, 40, 4.0)], [(52, 40, 3.0)], [])
     assert len(memory.held) == 0
     np.testing.assert_allclose(memory.left.touches, [[52, 40, 4.0]])
 
@@ -53,7 +53,8 @@ def test_the_last_that_ended_count():
 def test_a_slide_that_outruns_the_frames_leaves_what_ended_before_it():
     slide = [[(30.0 + 25.0 * k, 150.0, 2.0 + 0.1 * k)] for k in range(MANY + 4)]
     memory = after([(50, 40, 3.5)], [], *slide, [])
-    np.testing.assert_allclose(memory.left.touches, [slide[-1][0], (50, 40, 3.5)])
+    half_way = (slide[-1][0][0] + 12.5, *slide[-1][0][1:])
+    np.testing.assert_allclose(memory.left.touches, [half_way, (50, 40, 3.5)])
 
 
 def test_a_touch_far_away_or_of_another_force_is_another():
@@ -65,6 +66,20 @@ def test_a_touch_far_away_or_of_another_force_is_another():
 def test_a_place_is_remembered_once():
     memory = after([(50, 40, 2.0)], [], [(52, 40, 0.9)], [])
     np.testing.assert_allclose(memory.left.touches, [[52, 40, 0.9]])
+
+
+def test_a_touch_that_slides_as_it_lifts_leaves_its_trace_further_on():
+    rested, slid = (after([(x, 40, 2.0)], [(50, 40, 2.0)], []).left for x in (50.0, 35.0))
+    np.testing.assert_allclose(rested.touches, [[50.0, 40.0, 2.0]])
+    np.testing.assert_allclose(slid.touches, [[57.5, 40.0, 2.0]])
+    np.testing.assert_allclose(rested.covariance, np.eye(3))
+    assert slid.covariance[1, 1] > 2.0
+    np.testing.assert_allclose(slid.covariance[[0, 2]], np.eye(3)[[0, 2]])
+
+
+def test_a_touch_that_lands_has_not_moved_yet():
+    memory = after([(50, 40, 2.0)], [(52, 41, 2.0), (120, 90, 1.0)])
+    np.testing.assert_allclose(memory.moved, [[2.0, 1.0], [0.0, 0.0]])
 
 
 def test_left_stays_the_same_array_while_none_ends():
@@ -79,7 +94,7 @@ def test_what_a_gliding_touch_passes_over_is_there_again_when_it_has_gone_on():
     memory = after([(50, 40, 2.0)], [], *path)
     np.testing.assert_allclose(memory.left.touches, [[50, 40, 2.0]])
     memory = after([(50, 40, 2.0)], [], *path, [])
-    np.testing.assert_allclose(memory.left.touches, [[72, 40, 3.0], [50, 40, 2.0]])
+    np.testing.assert_allclose(memory.left.touches, [[75.5, 40, 3.0], [50, 40, 2.0]])
 
 
 def test_what_may_be_a_trace_itself_leaves_none():

@@ -109,7 +109,6 @@ def test_no_frame_meets_a_kernel_that_was_not_called_before(reported, bumped):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
 def test_after_an_install_everything_is_compiled_before_the_first_frame(reported, bumped, tmp_path):
     said = reported(bumped, NUMBA_CACHE_DIR=str(tmp_path))
     assert said["before"] > 10
@@ -117,7 +116,6 @@ def test_after_an_install_everything_is_compiled_before_the_first_frame(reported
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)  # the reduced plate is trained from 200 states
 def test_nor_does_one_of_large_deflection(reported, small, bumped):
     plate = small().model_dump()["plate"] | {"thickness": 1.0, "theory": None}
     large = {"plate": plate, "touches.force": [0.5, 3.0], "estimator.modes": 80}

@@ -6,7 +6,6 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(600)  # two and a half minutes of work, and two cores may be busy
 def test_the_whole_setup_in_the_twin_finds_plate_projector_and_force():
     from rig.studies.start.setup_wizard import wizard
 
