@@ -430,7 +430,7 @@ def test_what_a_sliding_touch_left_further_on_is_no_touch(forward, identified, t
 
 
 def test_a_touch_that_slid_may_have_ended_anywhere_up_to_as_far_again():
-    """Held against touches drawn along the way, each keeping a part of its own."""
+    """Compared with touches drawn along the way, each keeping a part of its own."""
     rng, way = np.random.default_rng(11), np.array([24.0, -8.0])
     part, further = rng.standard_normal((200_000, 1)), rng.uniform(-0.5, 0.5, (200_000, 1))
     place = rng.standard_normal((200_000, 2)) + part * further * way / ASTRAY
