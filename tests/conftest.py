@@ -6,6 +6,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+import hypothesis
 import numpy as np
 import pytest
 
@@ -32,6 +33,10 @@ def kernel_folder():
 # At once, not in a hook: the conftest of a room that is named on the command line imports numba
 # before any hook runs, and numba reads where its files lie when it is imported.
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder())
+
+
+hypothesis.settings.register_profile("untimed", deadline=None)  # a time is a benchmark, no test
+hypothesis.settings.load_profile("untimed")
 
 
 def pytest_collection_modifyitems(config, items):

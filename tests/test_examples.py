@@ -14,6 +14,8 @@ import pytest
 import dic
 from rig.cli import COMMANDS
 
+pytestmark = pytest.mark.slow
+
 FOLDER = Path(__file__).parent.parent / "examples"
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?"
 

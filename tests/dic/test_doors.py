@@ -151,7 +151,7 @@ def refusal_of(call):
 
 
 @pytest.mark.parametrize("name", GENERAL)
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(data=st.data(), junk=JUNK)
 def test_what_does_not_fit_is_one_sentence(name, data, junk):
     arguments = GENERAL[name] | {
@@ -163,7 +163,7 @@ def test_what_does_not_fit_is_one_sentence(name, data, junk):
 
 
 @pytest.mark.parametrize("write", ["write_hdf5", "write_csv", "draw_overview", "draw_fields"])
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40, suppress_health_check=list(HealthCheck))
 @given(data=st.data(), junk=JUNK)
 def test_what_cannot_be_written_is_one_sentence(tmp_path_factory, write, data, junk):
     path = tmp_path_factory.getbasetemp() / "field"
@@ -268,7 +268,7 @@ def test_integers_of_numpy_are_integers():
     np.testing.assert_array_equal(field.u, a["disp"].u)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.sampled_from(["png", "tif", "bmp", "jpg"]),
     st.lists(st.tuples(st.integers(0, 5000), st.integers(0, 255)), max_size=6),

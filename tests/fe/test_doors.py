@@ -63,7 +63,7 @@ DOORS = {
 
 @pytest.mark.parametrize("door", DOORS.values(), ids=DOORS)
 @given(value=strange)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_every_door_takes_it_or_says_in_one_sentence_why_not(door, value):
     sentence = None
     try:

@@ -113,6 +113,7 @@ def _moved(px, displacement):
     return synthetic.image_motion(CAMERA, points, displacement(points), TOP)
 
 
+@pytest.mark.slow
 def test_a_parallel_view_of_a_plate_reads_the_influence_of_a_touch():
     camera, touch = synthetic.telecentric_above(PLATE.size, (1600, 1200)), fe.Touch(80.0, 60.0, 1.0)
     places = np.array([[300.0, 280.0], [500.0, 700.0], [800.0, 200.0]])

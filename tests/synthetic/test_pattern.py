@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 import synthetic
 
@@ -12,7 +12,6 @@ places = st.tuples(st.floats(-2, 42), st.floats(-2, 27))
 
 
 @given(st.lists(places, min_size=1, max_size=20))
-@settings(deadline=None)
 def test_light_is_the_product_over_all_spots(points):
     points = np.array(points)
     r = np.linalg.norm(points[:, None] - PATTERN.centres, axis=2)

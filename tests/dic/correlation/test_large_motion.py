@@ -88,6 +88,7 @@ def test_half_again_as_long_is_followed_in_steps(large, image):
     assert np.nanmedian(strain.exx) == pytest.approx(np.log(1.5), abs=2e-3)
 
 
+@pytest.mark.slow
 def test_pattern_that_becomes_another_is_followed_by_new_references(large, image, speckle):
     other = speckle(large.shape, seed=77, margin=120)
     motions = [((0.31 * k, -0.2 * k), ((0.01 * k, 0), (0, 0))) for k in range(1, 7)]

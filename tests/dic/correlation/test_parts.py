@@ -32,7 +32,7 @@ def test_coefficients_are_those_of_scipy(image):
     np.testing.assert_allclose(ours, theirs[margin:-margin, margin:-margin], atol=2e-3)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.floats(-0.5, 51.5), st.floats(-0.5, 36.5))
 def test_sample_is_that_of_scipy(x, y):
     image = np.random.default_rng(0).normal(100, 30, (37, 52))
@@ -152,7 +152,6 @@ def test_dense_motion_is_exact_for_parabolas_inside_the_grid():
     assert (u, v) == pytest.approx((1e-3 * px * px - 2e-3 * px * py, 3e-3 * py * py), abs=1e-9)
 
 
-@settings(deadline=None)
 @given(st.integers(25, 90), st.integers(25, 90), st.sampled_from([5, 11, 21]), st.integers(1, 30))
 def test_every_subset_of_a_grid_lies_on_the_image(height, width, subset, step):
     grid = grid_over((height, width), subset, step)

@@ -36,7 +36,7 @@ def test_points_on_the_grid_give_what_the_grid_gives(pattern, reference):
     np.testing.assert_allclose(sparse.zncc, full.zncc[some], atol=1e-3)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-0.49, 0.49), st.floats(-0.49, 0.49))
 def test_displacement_is_that_of_the_point_and_not_of_its_pixel(dx, dy):
     y, x = np.mgrid[:80, :100]

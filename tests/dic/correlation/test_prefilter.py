@@ -81,7 +81,7 @@ def test_a_tracked_point_is_smoothed_as_its_field_is(pattern, reference):
     np.testing.assert_allclose(lone.u, full.u, atol=2e-3)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(sigma=st.floats(0.3, 3.0), slope=st.floats(-2, 2))
 def test_a_filter_leaves_slopes_and_takes_the_noise_that_it_says(sigma, slope):
     y, x = np.mgrid[:40, :50]

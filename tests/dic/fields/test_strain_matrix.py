@@ -21,7 +21,7 @@ def field(shape, step, lost, seed):
     )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.integers(7, 11), st.integers(7, 11), st.sampled_from([3, 5, 7]),
     st.integers(1, 9), st.floats(0, 0.6), st.integers(0, 10**6),

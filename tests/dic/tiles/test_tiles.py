@@ -98,7 +98,7 @@ def test_sums_in_place_are_those_of_numpy(prepared, reference, frame):
     assert_same_sums(found, by_hand(reference, frame, prepared.tiles, zero))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(-5, 5), st.floats(-5, 5), st.integers(0, 99))
 def test_moved_sums_are_those_of_numpy(prepared, reference, frame, u, v, seed):
     # Five pixels keep the spline of a border tile within the image.

@@ -112,6 +112,7 @@ def test_the_error_of_a_shells_mesh_under_loads_is_that_to_a_finer_mesh():
     assert off / 3 < state.mesh_error(look).deflection.max() < 3 * off
 
 
+@pytest.mark.slow
 def test_the_error_of_a_mesh_is_not_known_under_bare_nodal_loads():
     touch, ready = fe.Touch(60.0, 45.0, 0.5), fe.Shell(PLATE, MESH)
     bare = fe.nodal_loads(PLATE, MESH, [fe.Pressure(1e-4)])
@@ -127,6 +128,7 @@ LONG = fe.Plate((1600.0, 100.0), 1.0, 3000.0, 0.3)
 AROUND = np.array([(707.0, 37.0), (695.0, 46.0), (719.0, 30.0)])
 
 
+@pytest.mark.slow
 def test_a_touch_on_a_long_plate_is_resolved_beside_loads_as_well_as_alone():
     """Loads add up in linear theory."""
     touch, pressure = fe.Touch(700.0, 37.0, 1.0), fe.Pressure(1e-4)
@@ -136,6 +138,7 @@ def test_a_touch_on_a_long_plate_is_resolved_beside_loads_as_well_as_alone():
     assert np.abs(both - alone - rest).max() < 1e-3 * np.abs(alone).max()
 
 
+@pytest.mark.slow
 def test_the_mesh_of_a_shell_is_fine_at_touches_and_edges_beside_loads():
     """Bent in linear theory; a grid that knows no touch is too coarse to say."""
     touch = fe.Touch(700.0, 37.0, 1.0)
@@ -159,6 +162,7 @@ def test_loads_that_cannot_be_are_one_sentence():
         fe.PointMoment(1.0, 2.0, float("nan"), 0.0)
 
 
+@pytest.mark.slow
 def test_friction_turns_the_plate_as_a_touch_that_lies_aside_would():
     """By half the thickness times the coefficient: docs/limits.md says so."""
     force, friction = 1e-3, 0.2

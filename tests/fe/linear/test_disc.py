@@ -25,7 +25,7 @@ def test_a_disc_bends_the_rest_of_the_plate_as_the_mean_over_it_says():
 
 
 @given(x=st.floats(8.0, 82.0), y=st.floats(8.0, 52.0), radius=st.floats(0.0, 8.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_influence_of_a_disc_is_the_strain_under_it(x, y, radius):
     state = SOLVER.deflect([fe.Touch(x, y, 1.0, radius)])
     found = INFLUENCE.strain([[x, y]], radius)[0]

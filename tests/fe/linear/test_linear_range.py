@@ -122,6 +122,7 @@ def test_a_linear_range_comes_back_from_its_arrays():
     assert LinearRange.from_arrays(found.arrays()) == found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edges", [C, fe.Edges(F, F, C, F)], ids=["clamped", "one long side"])
 def test_a_long_plate_says_what_a_few_widths_of_it_say(edges):
     """A touch does not know of what is farther away; the error was 4.4 times too large at 50:1."""

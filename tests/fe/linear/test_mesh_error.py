@@ -33,6 +33,7 @@ def test_strain_meets_the_series_at_any_aspect_and_its_stated_error_is_the_true_
     assert np.abs(state.deflection(at) + w).max() < 1e-5 * np.abs(w).max()
 
 
+@pytest.mark.slow
 def test_the_error_of_an_influence_is_stated():
     plate = long_plate(12.0)
     gauges, place = np.array([[480.0, 5.0], [560.0, 95.0]]), (516.0, 37.0)
@@ -80,6 +81,7 @@ def test_runs_that_do_not_add_up_are_refused():
         fe.Mesh((100.0, 80.0), (20, 16), ((50.0,), ()), ((12, 6), ()))
 
 
+@pytest.mark.slow
 def test_strain_beside_a_point_force_is_not_a_number_and_under_a_disc_it_is():
     plate = fe.Plate((120.0, 90.0), **PVC)
     at = [(50.0, 40.0), (50.0, 40.9), (50.0, 56.0)]

@@ -97,6 +97,7 @@ def test_it_bends_as_the_whole_plate_does(modal, values, plate):
     assert off(deflection(modal, fe.bench_values(**values), touches, xy), true) < 0.015
 
 
+@pytest.mark.slow
 def test_a_corner_beside_a_free_edge_is_held_by_the_other_alone():
     free = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
     soft = fe.Edges(fe.Elastic(inf, inf, 60.0), fe.Elastic(inf, inf, 80.0), fe.Free(), fe.Free())

@@ -76,6 +76,7 @@ def test_modes_and_the_shell_bend_as_the_linear_plate():
     assert np.abs(linear / even - 1.0).max() > 0.1
 
 
+@pytest.mark.slow
 def test_a_bench_that_differs_by_a_taper_is_the_plate_that_has_it():
     mesh = fe.grid(fe.Plate(SIZE, THICKNESS, YOUNG, 0.38), 20)
     touch, small = np.array([[40.0, 30.0, 0.5]]), 0.01

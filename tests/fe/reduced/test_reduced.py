@@ -230,6 +230,7 @@ def test_a_small_disc_is_a_point(clamped):
     assert disc == pytest.approx(point, abs=1e-4 * np.abs(point).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "plate",
     [

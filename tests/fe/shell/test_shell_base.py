@@ -87,6 +87,7 @@ def test_the_plate_of_bend_10_and_twist_30_is_near_its_limit():
     assert bent(10.0, 30.0).stability.verdict is Verdict.NEAR_LIMIT  # eigenvalue 0.009
 
 
+@pytest.mark.slow
 def test_opposite_twists_are_mirror_images_in_energy():
     left, right = (bent(10.0, twist) for twist in (-15.0, 15.0))
     energies = [COARSE.system.forces(s.values.ravel())[0] for s in (left, right)]

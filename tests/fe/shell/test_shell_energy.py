@@ -35,7 +35,7 @@ def unknowns(system, displacement):
     return table.ravel()
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1), size=st.floats(0.01, 0.3), thin=st.floats(-3, 0))
 def test_gradient_and_tangent_are_the_derivatives_of_the_energy(seed, size, thin):
     system = energy(fe.Plate((9.0, 7.0), 10**thin, 1000.0, 0.3))
@@ -67,7 +67,7 @@ def test_forces_in_extended_precision_are_those_of_double_precision():
     np.testing.assert_allclose(found_size, size, rtol=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(
     axis=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),
     angle=st.floats(-3, 3),

@@ -73,6 +73,7 @@ def test_a_stability_beyond_the_digits_is_not_known():
         fe.shell_influence(state, [[20.0, 30.0]])
 
 
+@pytest.mark.slow
 def test_a_contrast_beyond_the_digits_is_no_equilibrium():
     state = with_patch(1e13)
     assert state.stability.verdict is Verdict.NOT_CONVERGED

@@ -163,6 +163,7 @@ def of_one_reference(forward, true, rng):
     return made
 
 
+@pytest.mark.slow
 def test_the_noise_of_one_reference_is_found_and_enters_the_sigma(forward):
     """Eight benches; their edges apart, which give and never push, as no normal law has it."""
     rng, prior = np.random.default_rng(8), models.bench_before(PLATE)

@@ -26,7 +26,7 @@ def test_at_the_prior_it_is_none_and_each_number_stands_for_itself():
 
 
 @given(seeds)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_derivatives_are_those_of_differences(seed):
     values, step = drawn(seed), 1e-6
     _, derivatives = deviation(values, PRIOR, FREE)
@@ -40,7 +40,7 @@ def test_derivatives_are_those_of_differences(seed):
 
 
 @given(seeds, st.floats(-0.3, 0.3), st.floats(-0.1, 0.1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_clamps_and_tension_count_in_parts_of_the_plate_s_stiffness(seed, young, thickness):
     values = drawn(seed)
     values[[0, 1]] = 0.0

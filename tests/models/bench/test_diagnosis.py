@@ -65,6 +65,7 @@ def test_a_right_bench_is_not_accused(forward):
     assert steps[-1] == (5, 5), "a camera that is not given is not accused"
 
 
+@pytest.mark.slow
 def test_a_right_bench_has_a_large_p_value_and_a_wrong_one_a_small_one(forward):
     prior = models.bench_before(PLATE)
     right = models.diagnose(forward, touched(forward, seed=5), prior)
@@ -110,6 +111,7 @@ def calibrated(values=(), sigma=0.02):
 TENSE = {"tension_xx": 0.2, "tension_yy": 0.2}
 
 
+@pytest.mark.slow
 def test_what_has_changed_since_a_calibration_is_named(forward):
     known = calibrated(TENSE)
     same = models.diagnose(forward, touched(forward, **TENSE), known)

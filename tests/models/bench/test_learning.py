@@ -89,6 +89,7 @@ def test_time_does_not_run_backwards(before):
         models.wandered(before, -1.0)
 
 
+@pytest.mark.slow
 def test_a_touch_on_a_plate_far_from_its_scene_is_one_touch():
     """A plate that tension has half buckled gives twice as much: no line reaches there."""
     plate = fe.Plate((254.0, 203.0), 1.0, 3000.0, 0.38)

@@ -128,7 +128,7 @@ def test_what_is_wanted_of_the_numbers_has_their_moments():
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     hnp.arrays(np.float64, (6, SIZE), elements=st.floats(-30.0, 30.0)),
     hnp.arrays(np.float64, 6, elements=st.floats(-30.0, 30.0)),

@@ -52,6 +52,7 @@ def prepared():
     return models.prepare_shape(watched(), fitted(2.5, 1.0, False).state, NOISE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bend", "twist"), [(2.5, 1.0), (5.0, 0.0)])
 def test_bend_and_twist_are_those_of_the_clamps(bend, twist):
     fit = fitted(bend, twist, False)
@@ -62,6 +63,7 @@ def test_bend_and_twist_are_those_of_the_clamps(bend, twist):
     np.testing.assert_allclose(fit.camera[:2], 0.0, atol=0.02)
 
 
+@pytest.mark.slow
 def test_a_touch_is_found_on_the_base_within_its_sigma():
     said = models.estimate_on_shape(watched(), frame(2.5, 1.0, True), fitted(2.5, 1.0, True), NOISE)
     assert said.surface is models.Surface.SEEN
@@ -144,6 +146,7 @@ def test_near_a_limit_no_touch_is_stated():
     assert "near a limit point" in said.surface.value
 
 
+@pytest.mark.slow
 def test_a_base_may_move_as_far_as_a_touch_bends_it_alike():
     """A twist of 0.1 degrees leaves a firm base alone, and makes a soft one a tenth softer."""
     place, light = np.array([[62.0, 31.0]]), fe.Touch(62.0, 31.0, 0.02)
@@ -176,6 +179,7 @@ def test_the_image_says_which_of_the_shapes_it_shows():
     assert agrees[1] < 0.9
 
 
+@pytest.mark.slow
 def test_a_shape_is_found_by_an_image_alone():
     known = models.with_images(models.known_shapes(SHELL, (1.8,), (0.0, 2.0)))
     fit = models.identify_shape(watched(), frame(2.5, 1.0, True), known)

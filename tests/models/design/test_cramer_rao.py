@@ -81,6 +81,7 @@ def test_bound_is_that_of_the_pixels(bench, fine, touches):
                                atol=0.04)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_bound_beside_an_edge_and_of_neighbours_is_that_of_the_pixels(bench):
     image = np.asarray(bench.reference.image, dtype=float)
     for touches in ([(8.0, 70.0, 1.0)], [(60.0, 70.0, 1.0), (75.0, 70.0, 2.0)]):

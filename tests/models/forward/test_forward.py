@@ -27,7 +27,7 @@ FORWARDS = {
 
 @pytest.mark.parametrize("kind", FORWARDS)
 @given(x=st.floats(2, 148), y=st.floats(2, 98))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_gradient_is_the_derivative_of_the_response(kind, x, y):
     forward, step = FORWARDS[kind], 1e-4
     gradient = forward.gradient(np.array([[x, y]]))[0]

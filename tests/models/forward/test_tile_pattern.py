@@ -170,7 +170,7 @@ def test_motions_of_the_tiles_are_the_modes_as_the_camera_sees_them(bench):
     assert np.median(fraction) < 3e-2
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_gather_is_the_adjoint_of_small_flows_and_farthest_bounds_them(bench, seed):
     rng, motions = np.random.default_rng(seed), bench.pattern.motions

@@ -51,7 +51,7 @@ def test_slopes_of_bicubic_fields_are_exact(shape):
     np.testing.assert_allclose(along_y[:, 0], 2 * row * column, atol=1e-6)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 14), st.integers(1, 14), st.integers(1, 3), st.integers(0, 10**6))
 def test_to_gather_is_the_adjoint_of_to_spread(rows, columns, fields, seed):
     spread, rng = spread_over((rows, columns)), np.random.default_rng(seed)

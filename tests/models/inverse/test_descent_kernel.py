@@ -16,7 +16,7 @@ def draw(seed, count):
     return touches, root @ root.T + 0.1 * np.eye(3 * count)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(2, 4))
 def test_the_distance_of_two_touches_is_in_standard_deviations_of_their_difference(seed, count):
     touches, covariance = draw(seed, count)
@@ -41,7 +41,7 @@ def test_one_touch_is_infinitely_far_from_another():
     assert weak_or_close(touches, covariance)[4] == np.inf
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(1, 4))
 def test_touches_are_sorted_together_with_their_covariance(seed, count):
     touches, covariance = draw(seed, count)

@@ -162,7 +162,7 @@ DOORS = {
 
 
 @pytest.mark.parametrize("door", DOORS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(ANY_ARRAY, ANY_ARRAY, ANY_NUMBER, ANY_NUMBER)
 def test_whatever_is_given_is_used_or_refused_in_a_sentence(door, first, second, n, m):
     refusal = None

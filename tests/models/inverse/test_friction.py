@@ -23,6 +23,7 @@ def found(on, friction):
     return models.Estimator(forward, friction=friction).fit(strain)
 
 
+@pytest.mark.slow
 def test_places_are_uncertain_by_half_the_thickness_under_each_touch():
     thicker = fe.Patch((80.0, 150.0), (0.0, 100.0), 1.6, 3000.0)
     straight, rubbed = (found(plate(patches=(thicker,)), each) for each in (0.0, 0.25))
@@ -33,16 +34,19 @@ def test_places_are_uncertain_by_half_the_thickness_under_each_touch():
     assert straight.systematic is None
 
 
-def test_a_plate_that_nothing_touches_has_no_friction():
-    forward = models.gauge_forward(fe.influence(plate(), GAUGES), SIGMA)
+@pytest.fixture(scope="module")
+def forward():
+    return models.gauge_forward(fe.influence(plate(), GAUGES), SIGMA)
+
+
+def test_a_plate_that_nothing_touches_has_no_friction(forward):
     empty = models.Estimator(forward, friction=0.2).fit(np.zeros((24, 3)))
     assert empty.count == 0
     assert empty.covariance.shape == (0, 0)
 
 
 @pytest.mark.parametrize("wrong", [-0.1, np.nan, np.inf])
-def test_no_coefficient_is_refused(wrong):
-    forward = models.gauge_forward(fe.influence(plate(), GAUGES), SIGMA)
+def test_no_coefficient_is_refused(forward, wrong):
     with pytest.raises(ValueError, match="friction must be a finite number of 0 or more"):
         models.Estimator(forward, friction=wrong)
 

@@ -166,7 +166,7 @@ def test_covariance_is_the_inverse_fisher_matrix_in_the_order_of_the_touches():
     np.testing.assert_array_equal(estimate.touch_covariance(1), estimate.covariance[3:, 3:])
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.permutations([0, 1, 2]), st.integers(0, 10**6), st.floats(-6, 6), st.floats(-6, 6))
 def test_order_and_translation_of_the_start_do_not_matter(order, seed, dx, dy):
     touches = np.array([[30.0, 40.0, 2.0], [75.0, 70.0, 1.0], [115.0, 35.0, 3.0]])

@@ -87,6 +87,7 @@ def test_damping_is_learned_from_a_recorded_tap_and_taken_by_a_run(recorded, sma
     assert bench.in_time.ringing.dynamics.damping[0] == said["damping"]
 
 
+@pytest.mark.slow
 def test_creep_is_learned_from_a_recorded_press_and_taken_by_a_run(recorded, small, small_settings):
     def pressed(bench, twin):
         for number, now in enumerate(np.arange(0.0, 100.0, 0.5).tolist()):

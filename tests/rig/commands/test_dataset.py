@@ -111,6 +111,7 @@ def test_the_same_scene_gives_the_same_bytes_and_another_seed_others(bench, writ
     assert other.read_bytes() != written[0].read_bytes()
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_gone_on_with_to_the_same_bytes(bench, written):
     folder, dataset = bench
     unbroken, killed = folder / "unbroken.h5", folder / "killed.h5"
@@ -143,6 +144,7 @@ def test_discs_press_where_touches_have_a_radius(bench):
     np.testing.assert_allclose(data.strain[2], strain, rtol=1e-4, atol=1e-4 * strain.max())
 
 
+@pytest.mark.slow
 def test_on_a_bent_plate_touches_add_to_the_strain_of_the_base(bench):
     folder, dataset = bench
     path = folder / "bent.h5"

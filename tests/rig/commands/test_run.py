@@ -129,6 +129,7 @@ def test_nobody_touches_and_nothing_is_found(touchplate):
         assert said[way]["position_median_mm"] is None
 
 
+@pytest.mark.slow
 def test_a_second_start_computes_nothing_and_a_damaged_file_heals(touchplate, tmp_path):
     cache = tmp_path / "cache"
     first = touchplate("--frames=1", "--headless", "--json", cache=cache)
@@ -184,6 +185,7 @@ def test_a_port_in_use_is_refused_before_anything_starts(touchplate):
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_real_loop_and_ctrl_c_ends_both(
     started, session_of, shared_memory, ended
 ):
@@ -254,6 +256,7 @@ def at_work(started):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", [whole_session, loop_alone])
 def test_sigterm_ends_a_run_as_cleanly_as_ctrl_c(started, session_of, shared_memory, ended, to):
     run = at_work(started)

@@ -47,6 +47,7 @@ def test_the_shipped_net_is_that_of_the_shipped_scene(scene):
     assert about == section.model_dump()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", TINY)
 def test_a_net_is_scored_on_drawn_pairs_beside_the_adaptive_field(
     scene, monkeypatch, capsys, tmp_path

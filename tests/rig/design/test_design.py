@@ -49,6 +49,7 @@ def test_changes_change_one_thing_each(small):
         assert sum(getattr(given, part) != getattr(changed, part) for part in parts) == 1
 
 
+@pytest.mark.slow
 def test_an_outlook_is_what_a_design_says_of_the_same(small):
     scene = small({"pattern.contrast": 0.6})
     whole, part = design(scene, quiet), outlook(scene)
@@ -56,6 +57,7 @@ def test_an_outlook_is_what_a_design_says_of_the_same(small):
     assert (part.changes, part.linear_to) == (whole.changes, whole.linear_to)
 
 
+@pytest.mark.slow
 def test_changes_are_worth_what_theory_says(small):
     made = design(small({"pattern.contrast": 0.6}), quiet)
     gains = {change.what: change.gain for change in made.changes}
@@ -132,6 +134,7 @@ def test_a_scene_without_a_camera_or_with_a_bent_plate_is_refused(small):
         design(small({"base.bend": 2.0}), quiet)
 
 
+@pytest.mark.slow
 def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
     image = tmp_path / "map.png"
     arguments = ["design", "twin", "--json", f"--plot={image}", *small_settings]
@@ -164,6 +167,7 @@ def test_a_image_that_cannot_be_written_is_refused_at_once(tmp_path):
     assert "must be a *.png in a folder that exists" in str(done.exception)
 
 
+@pytest.mark.slow
 def test_a_search_finds_what_reaches_an_error(small):
     scene = small()
     now = float(np.median(predict(setup_of(scene), None, 0.5).errors.place))
@@ -179,6 +183,7 @@ def test_a_search_finds_what_reaches_an_error(small):
     assert named["mean of frames"].after == 4  # (1/4 + 1/16) / (1 + 1/16) < 0.6², and not with 3
 
 
+@pytest.mark.slow
 def test_speckles_are_made_finer_as_little_as_is_needed(small):
     """As little of the way is gone as reaches the error, though all of it would do."""
     scene = small({"pattern.diameter": 3.5 * 1.4})
@@ -189,6 +194,7 @@ def test_speckles_are_made_finer_as_little_as_is_needed(small):
     assert 0.67 * now < reached < 0.701 * now
 
 
+@pytest.mark.slow
 def test_a_search_says_where_it_ends(small):
     found = search_for(small(), 1e-4, 0.5)
     assert not found.reached
@@ -203,6 +209,7 @@ def test_a_search_says_where_it_ends(small):
             search_for(small(), place, force)
 
 
+@pytest.mark.slow
 def test_what_cannot_work_is_refused_with_a_remedy(small):
     assert not refusal(small())
     fine = refusal(small({"pattern.diameter": 0.5}))

@@ -104,6 +104,7 @@ def sharp_for(small, circle):
     return 1 / (1 / depth + circle / (lens.focal / lens.f_number * camera.focal))
 
 
+@pytest.mark.slow
 def test_focus_is_the_cheapest_change_where_it_reaches_an_error(small):
     sharp = float(np.median(predict(setup_of(small()), None, 0.5).errors.place))
     far = small({"camera.lens": LENS | {"focus": sharp_for(small, 4.0)}})

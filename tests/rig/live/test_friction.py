@@ -3,6 +3,7 @@
 import time
 
 import numpy as np
+import pytest
 
 import fe
 from rig.live.baseline import average_reference
@@ -16,6 +17,7 @@ FRICTION = 0.8  # of rubber: more than noise does
 COUNT = 24
 
 
+@pytest.mark.slow
 def test_the_place_of_a_finger_that_rubs_lies_within_its_sigma(small):
     said = {"touches.friction": FRICTION, "touches.force": [1.0, 4.0], "sensor.noise": 0.25}
     scene = small(said)

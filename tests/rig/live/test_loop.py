@@ -322,6 +322,7 @@ def test_two_touches_are_called_two(start):
 CAUSE = "Not as calibrated: a plate that is not flat (+0.2 mm of sag); calibrate the bench."
 
 
+@pytest.mark.slow
 def test_a_cause_that_is_named_stands_in_frames_that_do_not_fit(start, monkeypatch):
     def named(diagnosing, found, chain, known):
         assert chain.pattern.count == len(found.measured)

@@ -84,6 +84,7 @@ def run(scene, in_hand, sequences, **options):
     return loop, list(loop)
 
 
+@pytest.mark.slow
 def test_net_strain_and_pattern_are_scored_in_one_run(netted, in_hand):
     """Medians measured: net 6.7 mm, with two steps 4.0, strain map 2.1, whole pattern 1.3."""
     medians = {}

@@ -27,6 +27,7 @@ def found(scene, images):
     return estimate_frame(chain, images[-1], at_rest(chain), watch).estimate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rest", "off"), [(TENSE, 0.3), (TAPERED, 0.08)])
 def test_a_touch_is_found_on_the_plate_as_it_is_and_missed_on_another(small, rest, off):
     usual = {"comparison": None, "plate.theory": "linear", "sensor.noise": 0.1}

@@ -32,6 +32,7 @@ def pressed_far(small):
     return chain, twin.frame(40, (fe.Touch(120.0, 30.0, 26.0),))
 
 
+@pytest.mark.slow
 def test_a_press_on_a_free_edge_is_found_from_the_plate_at_rest(small):
     chain, image = pressed_far(small)
     watch = Stopwatch(time.monotonic)

@@ -82,7 +82,7 @@ def test_it_says_that_a_resting_finger_rests():
     st.floats(-300, 300),
     st.floats(0.01, 1e3),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_weights_are_probabilities_and_covariances_stay_positive(steps, jump, sigma):
     posterior = landed(np.array([50.0, 40.0, 2.0]), np.diag(SIGMA**2))
     for k, step in enumerate(steps):

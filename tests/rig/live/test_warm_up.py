@@ -104,6 +104,7 @@ def bumped(small_overrides):
     return small_overrides | {"source.shift": [3.0, -2.0]}
 
 
+@pytest.mark.slow
 def test_no_frame_meets_a_kernel_that_was_not_called_before(reported, bumped):
     assert_ready(reported(bumped))
 

@@ -106,6 +106,7 @@ def outcomes(shots):
     return [shot.base.outcome if shot.base else "SEARCHING" for shot in shots]
 
 
+@pytest.mark.slow
 def test_first_the_shape_is_identified_then_the_plate_at_rest_is_taken_and_no_touch_invented():
     shots, loop, rested = story()
     before = shots[: UNTIL - FLAT]

@@ -4,7 +4,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 import rig
 
@@ -185,7 +185,6 @@ VALUES = st.recursive(
 )
 
 
-@settings(deadline=None)
 @pytest.mark.filterwarnings("ignore::rig.scene.renamed.RenamedKeyWarning")
 @given(st.dictionaries(KEYS, VALUES, min_size=1, max_size=3))
 def test_whatever_is_set_a_scene_loads_or_is_refused(overrides):

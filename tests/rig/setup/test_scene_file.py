@@ -16,7 +16,7 @@ def changed(**answers):
     return NOTHING_SAID.model_copy(update=answers)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.floats(40, 1000), st.floats(40, 1000), st.floats(0.3, 6), st.sampled_from(list(MATERIALS)),
     st.sampled_from(["clamped", "supported", "two clamped"]), st.sampled_from(["yes", "no"]),

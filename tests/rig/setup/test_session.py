@@ -44,6 +44,7 @@ def test_another_lens_asks_for_pose_light_and_weight_again():
     assert set(NAMES) - set(done) == {"pose", "projector", "presses", "verdict"}
 
 
+@pytest.mark.slow
 def test_a_closed_setup_is_resumed_where_it_was_left(tmp_path, desk):
     path = tmp_path / "my.toml"
     desk.begin(path)
@@ -84,6 +85,7 @@ class Real(RehearsedBench):
     rehearsal = False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "then", "says"),
     [

@@ -60,6 +60,7 @@ def say(page):
     return page.locator("#say")
 
 
+@pytest.mark.slow
 def test_the_setup_is_worked_on_by_clicks_and_keys_left_and_resumed(page, tmp_path, desk):
     path = tmp_path / "my.toml"
     desk.begin(path)

@@ -78,6 +78,7 @@ def test_help_is_given_and_not_refused():
     assert said[before:] == [f"  {HELP}"]
 
 
+@pytest.mark.slow
 def test_the_setup_is_left_and_resumed_in_a_terminal(tmp_path):
     def run(lines):
         call = [*COMMAND, "setup", "desk.toml", "--rehearse", "--terminal", "--json"]

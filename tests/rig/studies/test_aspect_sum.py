@@ -1,5 +1,7 @@
 """What the study of plates by aspect says of all its rows together."""
 
+import pytest
+
 from rig.studies.plates.aspect import SHELL, Off, pressed, summed
 
 
@@ -10,6 +12,7 @@ def test_the_worst_of_all_is_that_of_strain_and_deflection_and_stated_too_large_
     assert (stated.value, stated.samples, stated.verdict) == (0.4, 3, "met")
 
 
+@pytest.mark.slow
 def test_an_error_is_a_magnitude():
     """A square sags less than the strip that it is compared with."""
     off, _ = pressed(1.0, "clamped")

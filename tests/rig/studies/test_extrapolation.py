@@ -20,6 +20,7 @@ def test_a_law_without_noise_is_found(floor):
     np.testing.assert_allclose(law.at(np.array([1e6])), floor + 60.0 * 1e6**-0.4, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_the_range_holds_what_is_measured_later():
     rng = np.random.default_rng(1)
     held = [held_out(STEPS, made(0.2, 0.03, seed), 1 / 3, rng) for seed in range(6)]

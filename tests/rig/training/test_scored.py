@@ -30,6 +30,7 @@ def test_what_was_found_is_scored_as_it_was_shown(recorded):
     assert scored.map().count.sum() == scored.touches.touches
 
 
+@pytest.mark.slow
 def test_the_command_scores_a_recording_too(recorded):
     path, _ = recorded
     command = [sys.executable, "-c", "from rig.cli import main; main()", "score", str(path)]
