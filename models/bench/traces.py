@@ -108,12 +108,12 @@ def left_by(touches: F64, moved: F64 | None = None) -> Traces:
         How far each had moved from the frame before. It ended up to as far further on, anywhere
         alike: its trace is looked for half-way. Without it all had rested.
     """
-    ways = np.zeros((len(touches), 2)) if moved is None else moved
-    half_way = touches + np.column_stack([0.5 * ways, np.zeros(len(ways))])
+    steps = np.zeros((len(touches), 2)) if moved is None else moved
+    half_way = touches + np.column_stack([0.5 * steps, np.zeros(len(steps))])
     covariance = np.eye(touches.size)
-    for index, way in enumerate(ways / ASTRAY):
+    for index, step in enumerate(steps / ASTRAY):
         place = slice(3 * index + 1, 3 * index + 3)
-        covariance[place, place] += np.outer(way, way) / 12.0
+        covariance[place, place] += np.outer(step, step) / 12.0  # variance of an even distribution
     return Traces(half_way, np.zeros(touches.size), covariance)
 
 

@@ -300,6 +300,7 @@ class BenchForward:
 
     def _trace(self, touch: F64) -> F64:
         """All amplitudes of the plate under a touch, and by its place, (3, all of them)."""
+        # One that slid is taken to have gone on, which may lead beyond an edge.
         on_plate = np.clip(touch, 0.0, (*self.plate.size, np.inf))
         state = self.fields.bench.press(on_plate[None])
         return np.concatenate([state.values[None], ASTRAY * state.jacobian().T[:2]])

@@ -24,7 +24,7 @@ def _none() -> F64:
     return np.empty((0, 3))
 
 
-def _no_way() -> F64:
+def _no_step() -> F64:
     return np.empty((0, 2))
 
 
@@ -45,7 +45,7 @@ class Memory:
     """
 
     held: F64 = field(default_factory=_none)
-    moved: F64 = field(default_factory=_no_way)
+    moved: F64 = field(default_factory=_no_step)
     left: Traces = NO_TRACES
     covered: F64 = field(default_factory=_none)
 
@@ -55,7 +55,7 @@ class Memory:
         for touch in largest:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
         held = largest[found[:, 2] >= FADED * largest[:, 2]]
-        moved = np.array([_way(self.held, touch) for touch in held]).reshape(-1, 2)
+        moved = np.array([_step(self.held, touch) for touch in held]).reshape(-1, 2)
         come = held[_which(held, lambda touch: not _near(self.held, touch).any())]
         gone = _which(self.held, lambda touch: not _near(held, touch).any())
         ended = gone & ~_which(self.held, lambda touch: _slid(touch, come))
@@ -81,11 +81,11 @@ def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:
     return np.array([holds(touch) for touch in touches], dtype=bool)
 
 
-def _way(before: F64, touch: F64) -> F64:
+def _step(before: F64, touch: F64) -> F64:
     """How far a touch has moved from the nearest of those before, (2,); zero where none is near."""
-    ways = touch[:2] - before[:, :2]
-    ways = ways[np.argsort(np.hypot(*ways.T))][:1]
-    return ways[0] if len(ways) and np.hypot(*ways[0]) <= SLID else np.zeros(2)
+    steps = touch[:2] - before[:, :2]
+    lengths = np.hypot(*steps.T)
+    return steps[lengths.argmin()] if lengths.min(initial=np.inf) <= SLID else np.zeros(2)
 
 
 def _slid(touch: F64, come: F64) -> bool:

@@ -202,6 +202,7 @@ def state(row: Mapping[str, AnyArray]) -> ChainState:
         there(row.get(f"start/{name}", none)) for name in ("held", "left", "covered")
     )
     traces = left_by(left)
+    # Touches whose steps are not known count as at rest.
     moved = row.get("start/moved", np.empty((0, 2)))[: len(held)]
     moved = np.concatenate([np.nan_to_num(moved), np.zeros((len(held) - len(moved), 2))])
     if "start/trace" in row:

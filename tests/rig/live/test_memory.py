@@ -17,9 +17,9 @@ def after(*frames):
 
 
 def test_a_touch_that_goes_is_left_with_the_largest_force_it_had():
-    memory = after([(50, 40, 1.0)], [(52, 40, 4.0)], [(52, 40, 3.0)], [])
+    memory = after([(50, 40, 1.0)], [(51, 40, 4.0)], [(52, 40, 3.0)], [])
     assert len(memory.held) == 0
-    np.testing.assert_allclose(memory.left.touches, [[52, 40, 4.0]])
+    np.testing.assert_allclose(memory.left.touches, [[52.5, 40, 4.0]])
 
 
 def test_what_fades_under_what_a_plate_keeps_of_it_has_ended():
