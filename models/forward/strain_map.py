@@ -89,8 +89,8 @@ def prepare_strain_map(
         Points along the side of the strain window, odd.
     """
     tiles = blocks.reference.tiles
-    measured = (blocks.status == Status.OK).reshape(tiles.shape)
-    operator = strain_operator(measured, tiles.size, window)
+    measured = (blocks.status == Status.OK) & pattern.motions.on_plate
+    operator = strain_operator(measured.reshape(tiles.shape), tiles.size, window)
     mean, root = _block_mean(blocks), _noise_root(blocks)
     spread = csr_array(operator @ root)
     sigma = np.sqrt(np.asarray(spread.power(2).sum(axis=1))).reshape(-1, 3)

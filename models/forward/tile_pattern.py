@@ -46,7 +46,7 @@ class TilePattern:
         Of K modes and R rigid motions.
     reference : TileReference
     whole : (K + R + 2, K + R + 2) float64, grey levels²
-        Normal matrix over all tiles.
+        Normal matrix over all tiles that see the plate.
     hidden : (T,) bool
         Tiles that are left out, because something lies before them.
     normal : (K + R + 2, K + R + 2) float64, grey levels²
@@ -76,6 +76,10 @@ class TilePattern:
     def count(self) -> int:
         """Number of fields of the plate, K."""
         return len(self.factor)
+
+    @property
+    def _visible(self) -> Mask:
+        return self.motions.on_plate & ~self.hidden
 
     def forward(self, noise: float) -> Forward:
         """Forward model of `whiten`ed frames with a noise of `noise` grey levels.
@@ -121,14 +125,15 @@ class TilePattern:
             )
         if np.array_equal(hidden, self.hidden):
             return self
-        part = hidden if 2 * np.count_nonzero(hidden) < len(hidden) else ~hidden
+        few = 2 * np.count_nonzero(hidden) < len(hidden)
+        part = (hidden if few else ~hidden) & self.motions.on_plate
         normal = normal_matrix(
             self.reference.hessian[part],
             self.reference.light[part],
             self.motions.on_tiles[part],
             self.motions.tiles.size,
         )
-        normal = self.whole - normal if part is hidden else normal
+        normal = self.whole - normal if few else normal
         try:
             visible = _reduced(self.motions, self.reference, self.whole, hidden, normal)
             return replace(visible, shutter=self.shutter, uneven=self.uneven)
@@ -148,7 +153,7 @@ class TilePattern:
         moved : (K + R,) float64
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
-        visible = (~self.hidden).astype(np.float64)
+        visible = self._visible.astype(np.float64)
         gradient = unbiased_gradient(self.reference, sums) * visible[:, None]
         towards = -self.motions.project(gradient, sums.flow)
         left_over = np.concatenate([towards, [sums.ef @ visible, sums.e @ visible]])
@@ -188,15 +193,16 @@ class TilePattern:
     def _by_tiles(self) -> F64:
         """Right-hand side by a motion of each tile, (K + R + 2, 2T)."""
         basis, hessian = self.motions.tile_basis(), self.reference.hessian[:, [[0, 1], [1, 2]]]
-        weighed = (hessian @ basis).reshape(-1, basis.shape[2])
-        light = -self.reference.light[:, [[0, 2], [1, 3]]].reshape(-1, LIGHT)
-        return np.concatenate([weighed, light], axis=1).T
+        light = -self.reference.light[:, [[0, 2], [1, 3]]]
+        by_tiles = np.concatenate([hessian @ basis, light], axis=2)
+        by_tiles[~self.motions.on_plate] = 0.0
+        return by_tiles.reshape(-1, by_tiles.shape[2]).T
 
     @cached_property
     def rolled(self) -> F64:
         """What `whiten` makes of fields that change by a unit a second, at a noise of 1, (K, K)."""
         late = np.zeros(len(self.hidden)) if self.shutter is None else self.shutter.tiles
-        late = np.where(self.hidden, 0.0, late)
+        late = np.where(self._visible, late, 0.0)
         reference, on_tiles = self.reference, self.motions.on_tiles
         size = self.motions.tiles.size
         normal = normal_matrix(reference.hessian, reference.light, on_tiles, size, late)
@@ -247,8 +253,9 @@ def prepare_pattern(motions: ImageMotions, reference: TileReference) -> TilePatt
         raise ValueError(
             f"reference has {reference.tiles} and the motions {motions.tiles}; use the same tiles"
         )
+    on, size = motions.on_plate, motions.tiles.size
     whole = normal_matrix(
-        reference.hessian, reference.light, motions.tile_basis(), motions.tiles.size
+        reference.hessian[on], reference.light[on], motions.tile_basis()[on], size
     )
     hidden = np.zeros(len(reference.hessian), dtype=np.bool_)
     return _reduced(motions, reference, whole, hidden, whole)

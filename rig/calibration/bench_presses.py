@@ -288,7 +288,7 @@ def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:
     """Move the reference to an image; the camera may have jumped since, or the plate moved far."""
     still, watch = chain.pattern.still(), Stopwatch(lambda: 0.0)
     seen = register(chain, image, still, watch)
-    if seen.hidden.mean() <= STRANGE:
+    if seen.hidden_fraction <= STRANGE:
         return seen
     starts = [jumped(chain, image, still, watch)]
     if start is not None:

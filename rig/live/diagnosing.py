@@ -107,7 +107,7 @@ class Diagnosing:
         """Take the strongest touch of a frame; None where others fit, or it lies near another."""
         touches = touches_of(found.estimate)
         alone = len(touches) == 1 or (len(touches) and not is_consistent(found.estimate))
-        if found.measured is None or not alone or found.hidden.mean() > SLIGHT:
+        if found.measured is None or not alone or found.hidden_fraction > SLIGHT:
             return None
         touch: F64 = touches[np.argmax(touches[:, 2])]
         near = any(np.hypot(*(touch[:2] - one.touch[:2])) < _APART for one in self._presses)

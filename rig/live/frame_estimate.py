@@ -37,7 +37,9 @@ class FrameEstimate:
     sums : TileSums
         Of the last pass, for displacement and strain of the same frame.
     hidden : (T,) bool
-        Tiles that do not show the pattern, behind a hand for instance.
+        Tiles of the plate that do not show the pattern, behind a hand for instance.
+    hidden_fraction : float
+        Their part of those that see the plate.
     unusable_reason : str
         Why no touch can be estimated, as a sentence for the user; empty where it can.
     state : ChainState
@@ -56,6 +58,7 @@ class FrameEstimate:
     estimate: Estimate
     sums: TileSums
     hidden: Mask
+    hidden_fraction: float
     unusable_reason: str
     state: ChainState
     strain: F64 | None = None
@@ -121,7 +124,7 @@ def _found(
         begun = state if chain.estimator.bench or chain.in_time else begun
         seen, found = guessed, _estimated(chain, guessed, begun, watch, drift, time)
     if not found.unusable_reason and (
-        found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
+        found.hidden_fraction <= STRANGE or is_consistent(found.estimate)
     ):
         return seen, found
     other = register(chain, image, jumped(chain, image, state.motion, watch), watch)
@@ -141,7 +144,9 @@ def _estimated(
     """Find the touches that explain a frame."""
     if seen.unusable_reason:
         none = replace(state, touches=np.empty((0, 3)))
-        return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, seen.unusable_reason, none)
+        return FrameEstimate(
+            NO_ESTIMATE, seen.sums, seen.hidden, seen.hidden_fraction, seen.unusable_reason, none
+        )
     try:
         if chain.in_time is not None and time is not None:
             return _in_time(chain, chain.in_time, seen, state, watch, drift, time)
@@ -150,7 +155,7 @@ def _estimated(
         # Numbers of a bench that nothing can stand on; the run goes on, and says what helps.
         why = "no touch can be estimated on the bench as it is known; calibrate the bench"
         none = replace(state, touches=np.empty((0, 3)))
-        return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, why, none)
+        return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, seen.hidden_fraction, why, none)
 
 
 def _at_equilibrium(
@@ -167,12 +172,19 @@ def _at_equilibrium(
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         untouched = not estimate.count and is_consistent(estimate)
-        if drift and untouched and seen.hidden.mean() <= SLIGHT:
+        if drift and untouched and seen.hidden_fraction <= SLIGHT:
             crept = estimator.without_memory(measured, memory.left)
             rest = update_drift(rest, pattern, crept, chain.noise, drift)
     after = replace(state, motion=motion, rest=rest, touches=touches_of(estimate), memory=memory)
     return FrameEstimate(
-        estimate, seen.sums, seen.hidden, "", after, measured=measured, start_reason=why
+        estimate,
+        seen.sums,
+        seen.hidden,
+        seen.hidden_fraction,
+        "",
+        after,
+        measured=measured,
+        start_reason=why,
     )
 
 
@@ -197,7 +209,7 @@ def _in_time(
         modal = pattern.motions.modal_amplitudes(found.estimate.xy, found.estimate.force)
         motion = pattern.with_camera(modal + found.beside, right)
         motion[: len(rest)] += rest
-        if drift and found.left is not None and seen.hidden.mean() <= SLIGHT:
+        if drift and found.left is not None and seen.hidden_fraction <= SLIGHT:
             rest = update_drift(rest, pattern, found.left, chain.noise, drift)
     touches = touches_of(found.estimate)
     after = replace(
@@ -207,6 +219,7 @@ def _in_time(
         found.estimate,
         seen.sums,
         seen.hidden,
+        seen.hidden_fraction,
         "",
         after,
         measured=found.measured,

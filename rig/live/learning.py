@@ -294,7 +294,7 @@ class Learning:
             found.measured is None
             or estimate.result is not Result.FOUND
             or estimate.count != 1
-            or found.hidden.mean() > SLIGHT
+            or found.hidden_fraction > SLIGHT
             or not is_consistent(estimate)
         ):
             return None

@@ -19,16 +19,17 @@ COARSE = 5.0  # mm, half a fingertip
 
 def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
     """Say how good a frame is, of the whole pattern also where a net estimates the touches."""
-    hidden, sums, tiles = frame_estimate.hidden, frame_estimate.sums, chain.reference.tiles
+    sums, tiles = frame_estimate.sums, chain.reference.tiles
     estimate = frame_estimate.from_pattern or frame_estimate.estimate
-    visible = 1.0 - float(np.mean(hidden))
+    visible = 1.0 - frame_estimate.hidden_fraction
+    shown = chain.pattern.motions.on_plate & ~frame_estimate.hidden
     noise, at_rest = noise_from_sums(sums, tiles), chain.pixel_noise
     shift = float(np.hypot(*frame_estimate.state.motion[chain.pattern.count :][:2]))
     return (
         Sign("visible pattern", f"{visible:.0%}", visible < 1.0 - SLIGHT),
         _fit(estimate, bool(frame_estimate.unusable_reason)),
         _noise(noise, at_rest),
-        _light(contrast(sums, ~hidden, tiles.size) if visible else float("nan")),
+        _light(contrast(sums, shown, tiles.size) if visible else float("nan")),
         _pattern(chain),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
         _uncertainty(frame_estimate.estimate),

@@ -29,7 +29,9 @@ class Registered:
     ----------
     sums : TileSums
     hidden : (T,) bool
-        Tiles that do not show the pattern.
+        Tiles that do not show the pattern, of those that see the plate.
+    hidden_fraction : float
+        Their part of these.
     unusable_reason : str
         Why the frame says nothing, as a sentence for the user; empty where it does.
     pattern : TilePattern
@@ -44,6 +46,7 @@ class Registered:
 
     sums: TileSums
     hidden: Mask
+    hidden_fraction: float
     unusable_reason: str
     pattern: TilePattern
     right: F64
@@ -72,19 +75,21 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         flow, flow_gradient = chain.pattern.motions.flow_and_gradient(moved)
         sums = tile_sums(chain.reference, image, flow, flow_gradient)
     with watch.stage("mask"):
-        hidden = hidden_tiles(chain.reference, sums, chain.pixel_noise)
-        why, pattern = unusable_reason(chain.reference, sums, hidden), chain.pattern
+        on_plate, pattern = chain.pattern.motions.on_plate, chain.pattern
+        hidden = hidden_tiles(chain.reference, sums, chain.pixel_noise) & on_plate
+        fraction = np.count_nonzero(hidden) / np.count_nonzero(on_plate)
+        why = unusable_reason(chain.reference, sums, on_plate & ~hidden, fraction)
         if not why:
             try:
                 pattern = chain.masked_models.pattern_for(hidden)
             except ValueError as error:  # too few tiles for so many fields
                 why = str(error)
         if why:
-            return Registered(sums, hidden, why, chain.pattern, np.empty(0), moved)
+            return Registered(sums, hidden, fraction, why, chain.pattern, np.empty(0), moved)
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums, chain.weight), moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
-        return Registered(sums, hidden, "", pattern, right, motion, off)
+        return Registered(sums, hidden, fraction, "", pattern, right, motion, off)
 
 
 def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:
@@ -104,7 +109,8 @@ def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:
 
 def _miss(chain: Chain, seen: Registered) -> float:
     """Give what an iteration has missed as a fraction of what it found."""
-    lost = min(contrast_loss(chain.reference, seen.sums, seen.hidden), 0.9)
+    visible = chain.pattern.motions.on_plate & ~seen.hidden
+    lost = min(contrast_loss(chain.reference, seen.sums, visible), 0.9)
     return abs(lost) / (1.0 - lost)
 
 
@@ -113,4 +119,4 @@ def strangeness(seen: Registered) -> tuple[bool, float, float]:
 
     Of two that show as much that is better which lies nearer to where the frame shows it.
     """
-    return bool(seen.unusable_reason), float(seen.hidden.mean()), seen.off
+    return bool(seen.unusable_reason), seen.hidden_fraction, seen.off

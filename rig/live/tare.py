@@ -129,9 +129,8 @@ def _refusal(frame: Frame, found: FrameEstimate, shift: F64) -> str:
         return "the source says that something presses; lift it"
     if found.unusable_reason:
         return found.unusable_reason
-    hidden = float(np.mean(found.hidden))
-    if hidden > SLIGHT:
-        return f"{hidden:.0%} of the pattern is hidden; clear the view"
+    if found.hidden_fraction > SLIGHT:
+        return f"{found.hidden_fraction:.0%} of the pattern is hidden; clear the view"
     if not is_consistent(found.from_pattern or estimate):
         return "the image does not fit a plate at rest; take away what lies on it"
     if moved > BUMPED:

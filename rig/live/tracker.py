@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from models import BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench, PreparedBench
@@ -161,7 +159,7 @@ class FrameProcessor:
         """
         if frame_estimate.unusable_reason:
             return frame_estimate.unusable_reason
-        said, fraction = _count(frame_estimate.estimate), float(np.mean(frame_estimate.hidden))
+        said, fraction = _count(frame_estimate.estimate), frame_estimate.hidden_fraction
         if fraction > SLIGHT:
             said += f"; {fraction:.0%} of the pattern is hidden"
         if not is_consistent(frame_estimate.estimate):
@@ -195,7 +193,7 @@ class FrameProcessor:
 
 def _why(frame_estimate: FrameEstimate, cause: str) -> str:
     """Say why touches do not explain a frame, as far as is known."""
-    if np.mean(frame_estimate.hidden) > SLIGHT:
+    if frame_estimate.hidden_fraction > SLIGHT:
         return ": something is in the way"
     if cause:
         return f". {cause}"

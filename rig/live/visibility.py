@@ -68,25 +68,26 @@ class MaskedModels:
         return self._last
 
 
-def unusable_reason(reference: TileReference, sums: TileSums, hidden: Mask) -> str:
+def unusable_reason(reference: TileReference, sums: TileSums, visible: Mask, hidden: float) -> str:
     """Say why touches cannot be estimated from a frame; empty where they can.
 
     Parameters
     ----------
     reference : TileReference
     sums : TileSums
-    hidden : (T,) bool
-        Tiles that do not show the pattern.
+    visible : (T,) bool
+        Tiles that show the pattern.
+    hidden : float
+        Part of the pattern that does not show it.
     """
-    fraction = float(np.mean(hidden))
-    if fraction > HIDDEN:
-        return f"{fraction:.0%} of the pattern is hidden; clear the view or put the camera back"
-    if contrast(sums, ~hidden, reference.tiles.size) < DARK:
+    if hidden > HIDDEN:
+        return f"{hidden:.0%} of the pattern is hidden; clear the view or put the camera back"
+    if contrast(sums, visible, reference.tiles.size) < DARK:
         return "the pattern is too faint to follow; look after the light"
     return ""
 
 
-def contrast_loss(reference: TileReference, sums: TileSums, hidden: Mask) -> float:
+def contrast_loss(reference: TileReference, sums: TileSums, visible: Mask) -> float:
     """Fraction of a motion that one iteration misses in the shade.
 
     A frame whose contrast is lower by a factor shows a motion that is smaller by it; what is left
@@ -96,7 +97,7 @@ def contrast_loss(reference: TileReference, sums: TileSums, hidden: Mask) -> flo
     pixels = reference.tiles.size**2
     ff, f = sums.light[:, 4:].T
     texture = ff - f**2 / pixels
-    clear = ~hidden & (texture > FLAT * np.median(texture))
+    clear = visible & (texture > FLAT * np.median(texture))
     gains = 1.0 + (sums.ef - f * sums.e / pixels)[clear] / texture[clear]
     return float(1.0 - np.quantile(gains, DARKEST)) if clear.any() else 0.0
 

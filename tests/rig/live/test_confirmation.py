@@ -34,7 +34,7 @@ def frame(touches):
     measured = FORWARD.read(touches)[0]
     estimate = ESTIMATOR.fit_whitened(measured)
     state = state_of(np.column_stack([estimate.xy, estimate.force]))
-    return FrameEstimate(estimate, None, np.zeros(9, bool), "", state, measured=measured)
+    return FrameEstimate(estimate, None, np.zeros(9, bool), 0.0, "", state, measured=measured)
 
 
 def state_of(touches):

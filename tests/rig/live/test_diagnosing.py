@@ -49,6 +49,7 @@ def frames(forward, p_value, extra=False, **wrong):
             estimate=estimate,
             measured=seen,
             hidden=np.zeros(9, dtype=bool),
+            hidden_fraction=0.0,
             state=SimpleNamespace(motion=np.zeros(6)),
         )
 
@@ -84,7 +85,7 @@ def test_nothing_is_asked_where_few_do_not_fit_or_one_place_is_pressed(forward, 
     fine, wrong = [*frames(forward, 0.3)], [*frames(forward, 1e-20, sag=0.2)]
     follow(diagnosing, [*wrong[: MISFITS - 1], *fine[MISFITS - 1 :], *fine[:1]], chain)
     follow(diagnosing, wrong[:1] * 3 * TOUCHES, chain)
-    hidden = [SimpleNamespace(**{**vars(one), "hidden": np.ones(9, dtype=bool)}) for one in wrong]
+    hidden = [SimpleNamespace(**{**vars(one), "hidden_fraction": 1.0}) for one in wrong]
     follow(diagnosing, [*hidden, *wrong[1:2]], chain)
 
 

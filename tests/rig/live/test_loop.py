@@ -360,6 +360,7 @@ def test_a_sentence_says_what_is_known_of_a_misfit(hidden, p_value, cause, says)
         unusable_reason="",
         estimate=replace(NO_ESTIMATE, p_value=p_value),
         hidden=np.arange(100) < hidden,
+        hidden_fraction=hidden / 100,
     )
     follower = SimpleNamespace(_caution=lambda found: "")
     said = FrameProcessor.sentence(follower, found, cause)
