@@ -36,6 +36,9 @@ _ROUNDS = 4
 # Probability below which a frame may show that the bench is far from where it was looked for, and
 # by how many standard deviations of the noise its effect must be other than linear.
 _STRANGE, _LINEAR = 1e-3, 1.0
+# Probability of a frame that nothing explains, and the part of χ² that the round before must have
+# left for another one to be worth its time: on another plate a search would go round for seconds.
+_HOPELESS, _BETTER = 1e-12, 0.5
 _TENSION = [NAMES.index(name) for name in ("tension_xx", "tension_yy")]
 
 
@@ -162,7 +165,8 @@ def find_on_bench(
     Returns
     -------
     Estimate
-        UNRESOLVABLE also where the touches do not come to rest in the scatter about themselves.
+        UNRESOLVABLE also where the touches do not come to rest in the scatter about themselves,
+        or nothing explains the measurement.
     """
     limit = max_touches if count is None else count
     solver = replace(solver, tolerance=max(solver.tolerance, _TOLERANCE))
@@ -179,7 +183,7 @@ def find_on_bench(
             solver=solver,
         )
 
-    touches, on, looked = start[:limit], uncertain, False
+    touches, on, looked, left_over = start[:limit], uncertain, False, np.inf
     there = on.about(touches, left)
     for rounds in range(_ROUNDS + limit + 1):
         estimate = fit(there, touches)
@@ -193,12 +197,16 @@ def find_on_bench(
             there.touches, touches, estimate.covariance
         ):
             return _with_systematic(estimate, there.forward)
+        if estimate.p_value < _HOPELESS and estimate.chi2 > _BETTER * left_over:
+            break
+        left_over = estimate.chi2
         if rounds == 0 and len(touches) == len(start):  # they have moved since the last frame
             there = on.about(touches, left)
         else:
             there, touches = _settled(measured, on, touches, left, prior, solver)
-    last = _with_systematic(fit(there, touches), there.forward)
-    return replace(last, result=Result.UNRESOLVABLE)
+    else:
+        estimate = fit(there, touches)
+    return replace(_with_systematic(estimate, there.forward), result=Result.UNRESOLVABLE)
 
 
 def _with_systematic(estimate: Estimate, forward: MarginalForward) -> Estimate:

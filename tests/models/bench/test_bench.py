@@ -14,6 +14,7 @@ import models
 from models.bench import identify as identification, joint
 from models.bench.marginal import own_error
 from models.forward.bench_forward import ASTRAY
+from models.inverse import marginal_search
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NAMES = [name for name, _ in models.BENCH]
@@ -397,6 +398,25 @@ def test_nothing_on_an_unknown_bench_is_no_touch(forward):
     estimator = models.Estimator(forward, bench=models.bench_before(PLATE))
     noise = np.random.default_rng(3).standard_normal(len(forward.whitening))
     assert estimator.fit_whitened(noise).result is models.Result.NO_TOUCH
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_frame_that_nothing_explains_is_given_up_soon(forward, monkeypatch, seed):
+    """A plate of another kind: no touch on any usual bench comes near what is measured."""
+    estimator = models.Estimator(forward, max_touches=2, bench=models.bench_before(forward.plate))
+    searches = []
+
+    def counted(*given, **more):
+        searches.append(find(*given, **more))
+        return searches[-1]
+
+    find = marginal_search.find
+    monkeypatch.setattr(marginal_search, "find", counted)
+    strange = 100.0 * np.random.default_rng(seed).standard_normal(forward.freedom)
+    found = estimator.fit_whitened(strange)
+    assert found.result is models.Result.UNRESOLVABLE
+    assert found.p_value < 1e-12
+    assert len(searches) < 5
 
 
 def test_what_an_ended_touch_left_is_no_touch_and_hides_none_elsewhere(forward, identified, true):
