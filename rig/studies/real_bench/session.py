@@ -59,9 +59,13 @@ def write_presses(truth: Photographer, folder: Path, count: int) -> Path:
     rng, sides = np.random.default_rng((truth.seed, 1)), np.array(SAID.size)
     more = sides * (0.1 + 0.8 * rng.uniform(0.1, 0.9, (max(count - 9, 0), 2)))
     places = np.concatenate([nine_places(), more])[:count]
-    forces = np.resize(FORCES, count)
-    presses = np.column_stack([places, forces])
-    labels = presses + rng.normal(0.0, LABEL, presses.shape) * [(1.0, 1.0, f) for f in forces]
+    return write_listed(truth, folder, np.column_stack([places, np.resize(FORCES, count)]), rng)
+
+
+def write_listed(truth: Photographer, folder: Path, presses: F64, rng: np.random.Generator) -> Path:
+    """Write images of the plate at rest and under presses (x, y, F), and a list that errs."""
+    scale = [(1.0, 1.0, force) for force in presses[:, 2]]
+    labels = presses + rng.normal(0.0, LABEL, presses.shape) * scale
     return _write_presses(truth, folder, presses, [tuple(label) for label in labels.tolist()])
 
 
@@ -84,13 +88,13 @@ def _write_presses(
     truth: Photographer, folder: Path, presses: F64, labels: Sequence[tuple[object, ...]]
 ) -> Path:
     """Write images at rest and of each press (x, y, F), and the list as the labels have it."""
-    images, rows, before = _references(truth), list[tuple[object, ...]](), None
+    images, rows, before = references(truth), list[tuple[object, ...]](), None
     for press, ((x, y, force), label) in enumerate(zip(presses.tolist(), labels, strict=True)):
         touches, first = (fe.Touch(x, y, force),), len(images)
         images += [truth.held(touches, before, first + k) for k in range(FRAMES)]
         rows.append((press, first, first + FRAMES - 1, *label))
         before = truth.left(touches)
-    _write(folder, images)
+    write_images(folder, images)
     path = folder.with_suffix(".csv")
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([COLUMNS, *rows])
@@ -100,7 +104,7 @@ def _write_presses(
 def write_touches(truth: Truth, folder: Path, count: int, alone: int = 1) -> list[Touched]:
     """Write images of the plate under one touch after the other, and `alone` of it in between."""
     rng, sides = np.random.default_rng((truth.seed, 2)), np.array(SAID.size)
-    images, made, before = _references(truth), list[Touched](), None
+    images, made, before = references(truth), list[Touched](), None
     for one in range(count):
         place, force = rng.uniform(MARGIN, sides - MARGIN), float(rng.uniform(0.5, 4.0))
         touches = (fe.Touch(float(place[0]), float(place[1]), force),)
@@ -110,7 +114,7 @@ def write_touches(truth: Truth, folder: Path, count: int, alone: int = 1) -> lis
         for _ in range(alone if one % EVERY == EVERY - 1 else 0):
             made.append(Touched(len(images), None))
             images.append(truth.photograph((), before, 10_000 + len(images)))
-    _write(folder, images)
+    write_images(folder, images)
     return made
 
 
@@ -128,11 +132,13 @@ def write_scene(folder: Path, images: Path, bench: RealBench | None = None) -> P
     return path
 
 
-def _references(truth: Photographer) -> list[Grey]:
+def references(truth: Photographer) -> list[Grey]:
+    """Photograph the plate at rest."""
     return [truth.reference(number) for number in range(REFERENCES)]
 
 
-def _write(folder: Path, images: list[Grey]) -> None:
+def write_images(folder: Path, images: list[Grey]) -> None:
+    """Write images in the order of their numbers."""
     folder.mkdir(parents=True)
     for path, image in zip(_paths(folder), images, strict=False):
         Image.fromarray(image).save(path, compress_level=1)
