@@ -188,6 +188,6 @@ def moments(line: Line, power: int) -> F64:
 def _bending(held: Plate, mesh: Mesh, turned: F64) -> F64:
     """Bending energy of turns, (J, J)."""
     kept = loosened(held, mesh)
-    free_turns = turned[np.ix_(*kept)]
-    flat = free_turns.reshape(np.prod(free_turns.shape[:2]), turned.shape[2])  # none, may be
-    return flat.T @ (stiffness(held, mesh, kept) @ flat)
+    matrix = stiffness(held, mesh, kept)
+    flat = turned[np.ix_(*kept)].reshape(matrix.shape[0], -1)  # also where no edge turns
+    return flat.T @ (matrix @ flat)

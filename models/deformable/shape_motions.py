@@ -144,8 +144,8 @@ def shape_motions(seen: SeenShape, tiles: Tiles, response: fe.ShellResponse) -> 
     basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
     fields = ShapeFields(response)
     nearer = np.zeros((len(basis) // 2, motions.shape[2]), dtype=np.float32)
-    on_plate = ~beside_plate(seen, tiles)
-    return ImageMotions(fields, fields, tiles, spread, basis, nearer, on_plate)
+    every = np.ones(len(tiles.xy), dtype=np.bool_)  # who prepares a pattern hides those beside it
+    return ImageMotions(fields, fields, tiles, spread, basis, nearer, every)
 
 
 def rigid_and_base(seen: SeenShape, tiles: Tiles) -> F64:

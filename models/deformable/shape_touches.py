@@ -13,7 +13,7 @@ from models.arrays import F64, AnyArray
 from models.deformable.pressed_table import PressedTable, pressed_table
 from models.deformable.seen_shape import SeenShape
 from models.deformable.shape_fit import ShapeFit, Watched
-from models.deformable.shape_motions import MODEL_ERROR, shape_motions
+from models.deformable.shape_motions import MODEL_ERROR, beside_plate, shape_motions
 from models.deformable.surface import SOFT, Surface, SurfaceEstimate
 from models.estimate import Estimate, Result
 from models.forward.tile_pattern import TilePattern, prepare_pattern
@@ -97,7 +97,7 @@ class PreparedShape:
         """Take over what another shape near by showed at rest: amplitudes (K,) of its response."""
         camera = np.zeros(len(before.pattern.still()) - len(rest))
         flow = before.pattern.motions.flow(np.concatenate([rest, camera]))
-        flow = np.where(~self.pattern.motions.on_plate[:, None], 0.0, flow)
+        flow = np.where(self.pattern.hidden[:, None], 0.0, flow)
         return np.asarray(self.pattern.resolving @ flow.ravel(), dtype=np.float64)
 
     def read(
@@ -129,7 +129,7 @@ class PreparedShape:
             if pattern.motions.max_motion(motion - before) < _SETTLED:
                 break
         sums = tile_sums(self.shown, frame, *pattern.motions.flow_and_gradient(motion))
-        misfit = float(np.median(sums.ee[pattern.motions.on_plate])) / self.shown.tiles.size**2
+        misfit = float(np.median(sums.ee[~pattern.hidden])) / self.shown.tiles.size**2
         return self._judged(estimate, motion, misfit, measured, resting=rest is not None)
 
     def _fitted(self, measured: F64, touches: F64) -> Estimate:
@@ -222,7 +222,7 @@ def prepare_shape(
     seen = SeenShape(finer if finer.stability.converged else state, watched.camera)
     shown = prepare_tiles(seen.image(watched.reference), watched.tile)
     motions = shape_motions(seen, shown.tiles, response)
-    pattern = prepare_pattern(motions, shown)
+    pattern = prepare_pattern(motions, shown).hiding(beside_plate(seen, shown.tiles))
     forward = pattern.forward(noise)
     estimator = Estimator(forward, max_touches=max_touches, friction=friction)
     off = _mesh_error(pattern, seen, SeenShape(state, watched.camera)) / noise
@@ -254,7 +254,7 @@ def _mesh_error(pattern: TilePattern, fine: SeenShape, coarse: SeenShape) -> F64
     part = ratio**_ORDER / (1.0 - ratio**_ORDER) if ratio < 1.0 else 1.0
     camera = fine.camera
     off = camera.project(fine.places(xy)) - camera.project(coarse.places(xy))
-    off[~pattern.motions.on_plate] = 0.0
+    off[pattern.hidden] = 0.0
     amplitudes = pattern.resolving @ off.ravel()
     return np.asarray(part * (pattern.factor.T @ amplitudes), dtype=np.float64)
 

@@ -125,21 +125,22 @@ class TilePattern:
             )
         if np.array_equal(hidden, self.hidden):
             return self
-        few = 2 * np.count_nonzero(hidden) < len(hidden)
-        part = (hidden if few else ~hidden) & self.motions.on_plate
+        lost, left = (self.motions.on_plate & part for part in (hidden, ~hidden))
+        part = lost if np.count_nonzero(lost) < np.count_nonzero(left) else left
         normal = normal_matrix(
             self.reference.hessian[part],
             self.reference.light[part],
             self.motions.on_tiles[part],
             self.motions.tiles.size,
         )
-        normal = self.whole - normal if few else normal
+        normal = self.whole - normal if part is lost else normal
         try:
             visible = _reduced(self.motions, self.reference, self.whole, hidden, normal)
             return replace(visible, shutter=self.shutter, uneven=self.uneven)
         except np.linalg.LinAlgError:
+            fraction = np.mean(hidden[self.motions.on_plate])
             raise ValueError(
-                f"{np.mean(hidden):.0%} of the tiles are hidden, and the others cannot tell "
+                f"{fraction:.0%} of the tiles are hidden, and the others cannot tell "
                 f"{self.count} fields of the plate apart; clear the view"
             ) from None
 
