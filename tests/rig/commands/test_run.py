@@ -88,8 +88,8 @@ def read_until(stream, text):
 
 def ask(client):
     client.send("camera strain")
-    header = json.loads(client.recv(timeout=30))
-    return header, {name: client.recv(timeout=30) for name in header["parts"]}
+    header = json.loads(client.recv(timeout=120))
+    return header, {name: client.recv(timeout=120) for name in header["parts"]}
 
 
 def test_json_is_one_object_with_figures_against_the_truth(of_a_process):
@@ -234,7 +234,7 @@ def interrupt(run, session_of, shared_memory, ended, signum=signal.SIGINT, to=wh
     memory = set().union(*(shared_memory(pid) for pid in pids))
     assert memory
     to(run, signum)
-    out, err = run.communicate(timeout=30)
+    out, err = run.communicate(timeout=120)
     assert run.returncode == 0, err
     assert "leaked" not in err
     assert "Traceback" not in err
@@ -252,7 +252,7 @@ def at_work(started):
     run = started("--headless", "--json", f"--set=outputs.websocket.port={port}")
     read_until(run.stderr, READY)
     with connect(f"ws://127.0.0.1:{port}/touches") as touches:
-        touches.recv(timeout=60)
+        touches.recv(timeout=120)
     return run
 
 
@@ -275,7 +275,7 @@ def test_ctrl_c_while_it_starts_ends_quietly_with_130(
     time.sleep(0.05)
     pids = session_of(run.pid)
     os.killpg(run.pid, signal.SIGINT)
-    out, err = run.communicate(timeout=30)
+    out, err = run.communicate(timeout=120)
     assert run.returncode == 130, err
     assert out == ""
     assert "Traceback" not in err
@@ -289,7 +289,7 @@ def test_a_twin_that_dies_ends_the_run_with_one_sentence(started, session_of, en
     pids = session_of(run.pid)
     twins = [p for p in pids if "spawn_main" in Path(f"/proc/{p}/cmdline").read_text()]
     os.kill(twins[0], signal.SIGKILL)
-    out, err = run.communicate(timeout=30)
+    out, err = run.communicate(timeout=120)
     assert run.returncode == 2
     assert out == ""
     assert err.splitlines()[-1] == "touchplate: the twin's process has ended; start the run again"

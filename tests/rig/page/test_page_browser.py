@@ -246,7 +246,7 @@ def test_a_loop_that_gets_ready_says_for_what(page, snapshot):
     with serve(port=0) as publisher:
         page.goto(publisher.url)
         publisher.publish(snapshot(0, status="getting ready: one touch (1 of 7)", fresh=False))
-        expect(page.locator("#link")).to_have_text("getting ready", timeout=10000)
+        expect(page.locator("#link")).to_have_text("getting ready", timeout=60_000)
         expect(page.locator("#notice")).to_contain_text("getting ready: one touch (1 of 7), for")
         publisher.publish(snapshot(1))
         expect(page.locator("#link")).to_have_text("live")
@@ -263,7 +263,7 @@ def test_a_stopped_stream_is_said_and_the_page_comes_back(page, snapshot):
     expect(page.locator("#notice")).to_contain_text("The loop has stopped")
     expect(page.locator("#link")).to_have_text("disconnected")
     with serve(port) as publisher, feed(publisher, snapshot):
-        expect(page.locator("#link")).to_have_text("live", timeout=10000)
+        expect(page.locator("#link")).to_have_text("live", timeout=60_000)
         expect(page.locator("#notice")).to_be_hidden()
 
 

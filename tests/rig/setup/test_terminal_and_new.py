@@ -83,7 +83,7 @@ def test_the_setup_is_left_and_resumed_in_a_terminal(tmp_path):
     def run(lines):
         call = [*COMMAND, "setup", "desk.toml", "--rehearse", "--terminal", "--json"]
         return subprocess.run(
-            call, input=lines, capture_output=True, text=True, cwd=tmp_path, check=True, timeout=60
+            call, input=lines, capture_output=True, text=True, cwd=tmp_path, check=True, timeout=120
         )
 
     first = run("3 = two\n3 = 1.9 mm\nstep verdict\nleave\n")

@@ -68,7 +68,7 @@ def looked_at(viewed):
 
 def open_page(page, address):
     page.goto(address)
-    expect(page.locator("body")).to_have_attribute("data-ready", "yes", timeout=30_000)
+    expect(page.locator("body")).to_have_attribute("data-ready", "yes", timeout=120_000)
 
 
 def on_image(page, x, y):
@@ -138,7 +138,7 @@ def test_from_photographs_to_a_curve_a_table_and_an_image(page, photos, tmp_path
     (polygon,) = read_regions(tmp_path / "roi.toml").roi
     np.testing.assert_allclose(polygon.points[1], (134, 14), atol=0.6)
     page.locator("#correlate").click()
-    expect(page.locator("body")).to_have_attribute("data-mode", "result", timeout=60_000)
+    expect(page.locator("body")).to_have_attribute("data-mode", "result", timeout=120_000)
     page.keyboard.press("e")
     drag(page, (35, 50), (115, 50))
     expect(page.locator("#marks output")).to_contain_text("µε")
@@ -361,7 +361,7 @@ def test_names_are_text_and_a_frame_that_was_left_out_says_why(
         with serve(test) as address:
             open_page(page, address)
             page.locator("#correlate").click()
-            expect(page.locator("body")).to_have_attribute("data-mode", "result", timeout=60_000)
+            expect(page.locator("body")).to_have_attribute("data-mode", "result", timeout=120_000)
             page.keyboard.press("End")
             expect(page.locator("#notice")).to_contain_text("left out")
             expect(page.locator("#notice")).to_contain_text("f2 <b>x<b>.png is not an image")
