@@ -225,6 +225,7 @@ def test_every_public_name_has_its_entry(site, name):
     assert headings == {f"{name}.{public}" for public in importlib.import_module(name).__all__}
 
 
+@pytest.mark.slow
 def test_every_key_of_a_scene_is_explained(site):
     page = (site / "scene-keys.html").read_text(encoding="utf-8")
     shown = set(re.findall(r"<td><code>(\w+)</code></td>", page))
@@ -236,6 +237,7 @@ def test_every_key_of_a_scene_is_explained(site):
         assert keys - {"kind"} <= shown, path.name
 
 
+@pytest.mark.slow
 def test_the_readme_is_the_home_of_the_site(site):
     title = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
     home = (site / "index.html").read_text(encoding="utf-8")

@@ -41,6 +41,7 @@ def errors_over_sigma(pattern, normal, shift):
     return over, split.sum(), (dic.correlate(ref, after).status != Status.OK).sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("normal", NORMALS.values(), ids=NORMALS)
 @pytest.mark.parametrize("along", [0.6, 1.5])
 def test_split_subsets_measure_their_own_side_within_sigma(speckle, normal, along):

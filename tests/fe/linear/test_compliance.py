@@ -15,6 +15,7 @@ def test_near_a_clamped_edge_it_is_that_of_the_half_plane():
     assert found == pytest.approx(0.4**2 / (4 * np.pi * plate.rigidity), rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edges", [fe.Clamped(), fe.Edges(fe.Clamped(), *(fe.Free(),) * 3)])
 @pytest.mark.parametrize("place", [[1.0, 0.8], [99.0, 40.0], [50.0, 79.3], [100.0, 80.0]])
 def test_one_per_cent_from_an_edge_or_corner_a_finer_mesh_says_the_same(edges, place):

@@ -118,6 +118,7 @@ def test_a_mislabelled_press_is_widened(forward, true, identified):
     assert np.abs(off).max() < 5.0
 
 
+@pytest.mark.slow
 def test_a_list_says_what_its_labels_are_worth(forward, true, identified):
     place, force = identified.label_sigma
     assert 0.05 < place < 0.3
@@ -231,6 +232,7 @@ def test_an_error_of_the_model_says_nothing_of_what_touches_of_unknown_force_tak
     assert 0.0 <= young < 1e-6 * uneven
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.0, 0.005, 0.03])
 def test_what_the_model_leaves_out_widens_the_sigma_and_the_covariance_stays_one(
     forward, true, size

@@ -38,6 +38,7 @@ def touched(forward, seed=3, own=0.002, alike=0.0, **wrong):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wrong", "cause"),
     [
@@ -80,6 +81,7 @@ def test_a_right_bench_has_a_large_p_value_and_a_wrong_one_a_small_one(forward):
     assert alike.p_value > wrong.p_value, "noise that all touches share accuses less"
 
 
+@pytest.mark.slow
 def test_what_touches_of_unknown_force_cannot_tell_is_not_named(forward):
     prior = models.bench_before(PLATE)
     assert not models.diagnose(forward, touched(forward, young=0.2), prior).named
@@ -123,12 +125,14 @@ def test_what_has_changed_since_a_calibration_is_named(forward):
     assert models.diagnose(forward, touched(forward, **TENSE), models.bench_before(PLATE)).named
 
 
+@pytest.mark.slow
 def test_a_clamp_is_named_by_its_edge(forward):
     loose = touched(forward, membrane_west=0.02, membrane_north=0.02)
     found = models.diagnose(forward, loose, models.bench_before(PLATE))
     assert "the clamp at y = 110 mm gives in the plane, more by what" in found.sentence
 
 
+@pytest.mark.slow
 def test_what_a_calibration_is_not_sure_of_accuses_nothing(forward):
     presses = touched(forward, sag=0.08)
     assert models.diagnose(forward, presses, calibrated(sigma=1e-3)).named

@@ -66,6 +66,7 @@ def forces(forward, measure, bench, rng):
     return np.array(off), np.array(sigma)
 
 
+@pytest.mark.slow
 def test_one_weight_anywhere_corrects_all_forces(forward, measure):
     rng = np.random.default_rng(1)
     known = models.BenchEstimate(*_known(("young",)))

@@ -76,6 +76,7 @@ def test_a_touch_is_found_on_the_base_within_its_sigma():
     assert abs(said.base.bend - 2.5) < 6 * np.sqrt(said.covariance[0, 0])
 
 
+@pytest.mark.slow
 def test_an_untouched_base_has_no_touch_and_one_that_moves_on_says_so():
     none = np.empty((0, 3))
     said = prepared().read(frame(2.5, 1.0, False), prepared().still(np.zeros(4)), none)
@@ -88,6 +89,7 @@ def test_an_untouched_base_has_no_touch_and_one_that_moves_on_says_so():
     assert further.estimate.result is models.Result.UNRESOLVABLE
 
 
+@pytest.mark.slow
 def test_what_the_elements_leave_is_taken_out_by_frames_at_rest():
     prepare, none = prepared(), np.empty((0, 3))
     pattern, motion = prepare.pattern, prepare.still(np.zeros(4))
@@ -110,6 +112,7 @@ def test_what_the_elements_leave_is_taken_out_by_frames_at_rest():
     assert (np.abs(off) < 4 * np.sqrt(np.diag(pressed.estimate.covariance))).all()
 
 
+@pytest.mark.slow
 def test_firm_touches_are_starts_and_two_are_not_taken_for_one():
     prepare = prepared()
     forward = prepare.estimator.forward

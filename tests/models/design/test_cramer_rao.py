@@ -71,6 +71,7 @@ def tilted(camera, px, height, axis, angle=1e-4):
     return (seen[0] - seen[1]) / (2 * angle)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("touches", [[(60.0, 70.0, 1.0)], [(50.0, 50.0, 1.5), (110.0, 70.0, 2.0)]])
 def test_bound_is_that_of_the_pixels(bench, fine, touches):
     touches = np.array(touches)

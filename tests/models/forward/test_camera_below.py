@@ -49,6 +49,7 @@ def test_the_motion_of_the_tiles_is_that_of_the_underside(modes):
     assert rms(wrong.flow(amplitudes)[inner] - truth) > 0.5 * rms(truth)
 
 
+@pytest.mark.slow
 def test_gauges_read_the_strain_of_the_underside(modes):
     """To what 60 modes leave out; a telecentric camera sees no change of distance beside it."""
     camera = synthetic.telecentric_below(PLATE.size, (1500, 1100), 0.0)

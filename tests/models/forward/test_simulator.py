@@ -18,6 +18,7 @@ def modes():
     return fe.modes(PLATE, 400)
 
 
+@pytest.mark.slow
 def test_a_telecentric_camera_reads_the_strain_of_the_plate(modes):
     camera = synthetic.telecentric_above(PLATE.size, (1600, 1200))
     found = through_camera(modes, camera, synthetic.strain_gauges(PLACES))(TOUCH)[0]

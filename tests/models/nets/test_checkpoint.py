@@ -42,6 +42,7 @@ space: dict = {}
 exec(RUN, space)
 
 
+@pytest.mark.slow
 def test_a_killed_training_ends_in_the_same_net(tmp_path):
     path = tmp_path / "part.npz"
     code = f"{RUN}\nrun({str(path)!r}, stop=35)"

@@ -38,6 +38,7 @@ def test_a_place_that_cannot_be_written_is_said(tmp_path):
         write_onnx(tmp_path / "none" / "net.onnx", net)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("magnitudes", [False, True])
 @pytest.mark.parametrize("touches", [1, 2, 3])
 def test_touches_without_an_order_are_the_same_in_another_runtime(tmp_path, touches, magnitudes):
@@ -65,6 +66,7 @@ def test_touches_without_an_order_are_the_same_in_another_runtime(tmp_path, touc
     np.testing.assert_allclose(found[clear], ours[clear], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_touches_at_one_place_keep_finite_in_another_runtime(tmp_path):
     code = encode(np.array([[30.0, 20.0, 30.0, 20.0, 70.0, 20.0]]), 3)
     net = Net(

@@ -127,6 +127,7 @@ def test_training_leaves_the_threads_of_torch_as_they_were():
     assert torch.get_num_threads() == before
 
 
+@pytest.mark.slow
 def test_a_net_learns_touches_without_an_order():
     rng = np.random.default_rng(0)
     pool = dataset.simulate_dataset(Bumps(), dataset.random_places(SIZE, 5.0, 2000, rng))

@@ -39,6 +39,7 @@ def trained(training, test, strain):
     return TrainedTwoStep(shape, place, strain)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strain", ["total", "change", "direction"])
 def test_it_places_touches_whatever_the_base(strain):
     training, test = made(600, 0), made(100, 1)

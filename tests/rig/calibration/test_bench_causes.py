@@ -49,6 +49,7 @@ def diagnosed(arguments):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_begins_at_what_a_calibration_has_found(calibrated):
     found = diagnosed(calibrated(tension_xx=4.0, tension_yy=4.0))
     assert "as calibrated" in found["sentence"]

@@ -30,6 +30,7 @@ def test_the_corners_of_a_printed_board_lie_where_they_measure(tmp_path):
     assert np.abs(printed - view.mm).max() < 0.03  # mm
 
 
+@pytest.mark.slow
 def test_the_ruler_has_a_tick_every_millimetre(tmp_path):
     print_board(tmp_path / "board.png", BOARD)
     with Image.open(tmp_path / "board.png") as image:

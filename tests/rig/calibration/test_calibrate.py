@@ -47,6 +47,7 @@ def calibrate(what, bench, *arguments):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_camera_then_pose_from_images_and_corners(room, bench):
     rng = np.random.default_rng(4)
     folder = bench / "views"

@@ -89,6 +89,7 @@ def test_the_plate_is_found_to_0_15_mm_from_patches_and_says_so(room, lens, rng)
     assert pose.error < 0.15
 
 
+@pytest.mark.slow
 def test_the_stated_error_of_a_pose_is_that_of_many_poses(room, rng):
     """Corners marked by hand, 0.5 px: scatter of a place against what each pose says of it."""
     lens = Lens(room.size, room.focal, room.centre, room.lens, 0.0, 0.0, 0.0, ())

@@ -184,6 +184,7 @@ def lit(room):
     )
 
 
+@pytest.mark.slow
 def test_the_stripes_guide_finds_the_projector_to_0_3_mm(lit):
     bench, light, reported = lit
     grid = np.stack(np.meshgrid(np.linspace(5, 249, 8), np.linspace(5, 198, 8)), -1).reshape(-1, 2)
@@ -194,6 +195,7 @@ def test_the_stripes_guide_finds_the_projector_to_0_3_mm(lit):
     assert reported[-1].taken == reported[-1].wanted == gray_code.count(bench.size)
 
 
+@pytest.mark.slow
 def test_the_stripes_guide_measures_how_bright_the_projector_is(lit):
     _, light, _ = lit
     assert light.strength == pytest.approx(0.5 * 255 / 20, rel=0.05)
@@ -204,6 +206,7 @@ def delay(median, p95):
     return LatencyEntry(error=0.0, date=datetime.now(UTC), median=median, p95=p95)
 
 
+@pytest.mark.slow
 def test_stripes_come_as_fast_as_the_delay_that_was_measured_allows(lit, room):
     slow, _, _ = lit
     bench, late = Lit(room), delay(0.08, 0.1)

@@ -71,6 +71,7 @@ def calibrate(what, recording, small_settings, *settings):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_damping_is_learned_from_a_recorded_tap_and_taken_by_a_run(recorded, small, small_settings):
     recording = recorded(lambda bench, twin: [*tapped_frames(bench, twin, 0.3)])
     supposed = {

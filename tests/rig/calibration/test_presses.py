@@ -55,6 +55,7 @@ def rms(influence, touches, strain):
     return np.sqrt(np.mean(away**2)), np.sqrt(np.mean((forces - touches[:, 2]) ** 2))
 
 
+@pytest.mark.slow
 def test_twenty_presses_bring_the_error_within_1_2_of_the_perfect_model(assumed, real, rng):
     known = draw(20, rng)
     presses = tuple(fe.Touch(*touch) for touch in known.tolist())

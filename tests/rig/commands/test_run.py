@@ -118,6 +118,7 @@ def test_a_headless_run_imports_what_is_shown_and_no_more(of_a_process):
     assert {"dic", "numba", "fe", "synthetic", "models"} <= set(modules.split())
 
 
+@pytest.mark.slow
 def test_nobody_touches_and_nothing_is_found(touchplate):
     done = touchplate(
         "--frames=60", "--headless", "--json", "--set=source.script=empty",
@@ -284,6 +285,7 @@ def test_ctrl_c_while_it_starts_ends_quietly_with_130(
     assert not list(tmp_path.rglob("*.partial"))
 
 
+@pytest.mark.slow
 def test_a_twin_that_dies_ends_the_run_with_one_sentence(started, session_of, ended):
     run = at_work(started)
     pids = session_of(run.pid)

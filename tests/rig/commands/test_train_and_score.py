@@ -66,6 +66,7 @@ def trained(folder):
     return folder / "results" / "oblong" / "model.h5", json.loads(done.stdout), done.stderr
 
 
+@pytest.mark.slow
 def test_training_stores_the_net_and_prints_one_json_object(trained):
     path, figures, said = trained
     assert path.is_file()
@@ -79,6 +80,7 @@ def test_training_stores_the_net_and_prints_one_json_object(trained):
     assert not list(path.parent.glob("*.npz"))  # no checkpoint is left
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["oblong", "oblong.toml", "results/oblong/model.h5"])
 def test_score_repeats_the_figures_of_training_from_the_file_alone(trained, touchplate, model):
     done = touchplate("score", model, "--json")
@@ -88,6 +90,7 @@ def test_score_repeats_the_figures_of_training_from_the_file_alone(trained, touc
         assert figures[name] == trained[1][name]
 
 
+@pytest.mark.slow
 def test_the_error_over_the_plate_is_written_and_drawn(folder, trained, touchplate):
     for name in ("map.csv", "map.png"):
         done = touchplate("score", "oblong", "--map", name, "--json")
@@ -113,6 +116,7 @@ def test_noise_of_the_gauges_brings_bound_bands_and_honesty(touchplate):
     assert 0.5 < total["inside"][0] < total["inside"][1] < total["inside"][2]
 
 
+@pytest.mark.slow
 def test_score_prints_a_table_and_needs_no_torch(folder, trained):
     code = (
         "import sys; from rig.commands.score import score; score('oblong');"

@@ -125,6 +125,7 @@ def trained(bench, request):
     return request.param, json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_it_trains_and_its_score_repeats_from_the_file_alone(bench, trained):
     name, figures = trained
     done = bench[1]("score", name, "--json")
@@ -142,6 +143,7 @@ def test_it_trains_and_its_score_repeats_from_the_file_alone(bench, trained):
     assert not list((bench[0] / "results" / name).glob("*part*"))
 
 
+@pytest.mark.slow
 def test_a_net_is_refused_beyond_what_it_learnt(bench):
     folder, touchplate = bench
     for name in ("once", "linear"):
@@ -162,6 +164,7 @@ def test_a_net_is_refused_beyond_what_it_learnt(bench):
     assert fewer.returncode == 0, fewer.stderr
 
 
+@pytest.mark.slow
 def test_a_training_in_two_steps_that_was_killed_goes_on_with_its_first_net(bench):
     folder, touchplate = bench
     whole = json.loads(touchplate("train", "twice.toml", "--json", "--out", "whole.h5").stdout)
@@ -178,6 +181,7 @@ def test_a_training_in_two_steps_that_was_killed_goes_on_with_its_first_net(benc
     assert {path.name for path in folder.glob("cut*")} == {"cut.h5"}
 
 
+@pytest.mark.slow
 def test_a_net_of_two_steps_runs_elsewhere(bench):
     folder, touchplate = bench
     done = touchplate(

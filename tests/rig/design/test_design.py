@@ -80,6 +80,7 @@ def test_changes_are_worth_what_theory_says(small):
     )  # F ~ D w, w ~ h
 
 
+@pytest.mark.slow
 def test_what_is_shared_is_not_computed_again(small):
     now = predict(setup_of(small()))
     louder = replace(now.setup, frames=4)
@@ -89,6 +90,7 @@ def test_what_is_shared_is_not_computed_again(small):
     np.testing.assert_allclose(again.errors.place, predict(louder).errors.place)
 
 
+@pytest.mark.slow
 def test_what_interpolation_leaves_of_a_pattern_is_part_of_the_errors(small):
     """The patch is moved by its exact shift, so that fine speckles alias as in a camera."""
     fine, coarse = (

@@ -44,6 +44,7 @@ def test_the_circle_is_that_of_traced_rays(small, focus):
     assert blur.circles == pytest.approx((expected, expected), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_out_of_focus_is_refused_with_a_remedy(small):
     def lens(**changes):
         return small({"plate.thickness": 1.5, "camera.lens": LENS | changes})

@@ -17,6 +17,7 @@ def quiet(done, total):
     """Report of progress that nobody reads."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

@@ -60,6 +60,7 @@ def follow(diagnosing, shown, chain):
         diagnosing.follow(found, chain, prior)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phantoms", [False, True])
 def test_the_cause_of_touches_that_do_not_fit_is_named_with_its_size(forward, chain, phantoms):
     diagnosing = Diagnosing(None, 16, waits=True)
@@ -106,6 +107,7 @@ def test_a_live_frame_does_not_wait(forward, chain, monkeypatch):
     assert done.wait(60.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("error", "why", "logged"),
     [

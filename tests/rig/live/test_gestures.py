@@ -98,6 +98,7 @@ def test_a_place_that_is_hardly_known_makes_nothing(touch):
     assert not any(gestures.follow([touch], number / RATE) for number in range(60))
 
 
+@pytest.mark.slow
 def test_ten_fingers_of_a_minute_are_read_right():
     made, score = drawn(60.0, 77), Score()
     score.add(made, reported(made, 60.0, 77))

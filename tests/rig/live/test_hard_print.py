@@ -39,6 +39,7 @@ def estimates(chain, twin):
         yield estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
 
 
+@pytest.mark.slow
 def test_forces_on_a_hard_print_are_right_behind_the_chosen_filter(chain_and_twin):
     """Aliasing makes motion look too small, and the filter leaves a third of that."""
     bias = {}

@@ -53,6 +53,7 @@ def frames(bench, twin, duration):
         yield end * grain, twin.warper.render(mean.reshape(-1, 3), twin.sensor, rng)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", [{}, RINGS])
 def test_a_plate_that_rings_after_a_tap_shows_no_touch(small, changes):
     scene = small({"comparison": None, "estimator.modes": 100} | changes)

@@ -101,6 +101,7 @@ def test_net_strain_and_pattern_are_scored_in_one_run(netted, in_hand):
     assert medians[2] < medians[0]
 
 
+@pytest.mark.slow
 def test_the_score_of_a_net_that_a_camera_feeds_says_how_sure_it_is(netted, model):
     """Measured: 10 of 300 touches missed, rms 12 mm, bound 6.5 mm, inside one sigma 0.71."""
     netted()
@@ -123,6 +124,7 @@ def test_a_net_tells_touches_of_a_camera_that_knows_no_truth(netted, in_hand):
     assert (said["net"]["frames"], said["strain"]) == (0, None)
 
 
+@pytest.mark.slow
 def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand, tmp_path):
     scene, path = netted(), tmp_path / "session.h5"
     with SessionRecorder(path, {"scene": scene.model_dump_json()}) as recorder:
@@ -133,6 +135,7 @@ def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand
     assert [one.same for one in again] == [True] * 10
 
 
+@pytest.mark.slow
 def test_nothing_is_reported_on_an_untouched_plate_or_behind_a_hand(netted, in_hand):
     scene = netted({"source.script": "empty"})
     _, shots = run(scene, in_hand, range(20, 40))
@@ -145,6 +148,7 @@ def test_nothing_is_reported_on_an_untouched_plate_or_behind_a_hand(netted, in_h
     assert follower.process(Frame(0, 0.0, image, None)).frame_estimate.estimate.count == 0
 
 
+@pytest.mark.slow
 def test_a_net_needs_no_torch_live(netted):
     scene = netted()
     code = (
@@ -155,6 +159,7 @@ def test_a_net_needs_no_torch_live(netted):
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_a_scene_without_a_net_imports_none(small):
     code = (
         "import sys; from rig.scene import Scene; from rig.live.bench import build_bench;"

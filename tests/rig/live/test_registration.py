@@ -43,6 +43,7 @@ def test_a_press_on_a_free_edge_is_found_from_the_plate_at_rest(small):
     assert np.abs(flow - settled).max() < 0.05
 
 
+@pytest.mark.slow
 def test_a_press_that_is_not_followed_to_its_end_is_refused(small, monkeypatch):
     chain, image = pressed_far(small)
     monkeypatch.setattr("rig.live.registration.MAX_ITERATIONS", 4)

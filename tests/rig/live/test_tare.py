@@ -71,6 +71,7 @@ def test_the_new_reference_is_the_mean_of_the_frames_after_the_wish(bench):
     assert "renewed from 16 frames" in shots[20].notice
 
 
+@pytest.mark.slow
 def test_after_a_tare_a_touch_is_found_as_well_as_before(bench):
     _, make = bench
     plain = make([*CALM, *ONE])
@@ -175,6 +176,7 @@ def test_a_touch_that_lands_while_it_is_prepared_keeps_its_identity(bench, monke
     assert all(shot.touches for shot in shots[16:])
 
 
+@pytest.mark.slow
 def test_a_recording_with_a_tare_is_replayed_bit_for_bit(bench, tmp_path):
     scene, make = bench
     path, total = tmp_path / "session.h5", len(CALM) + 4 + len(ONE)

@@ -119,6 +119,7 @@ def test_first_the_shape_is_identified_then_the_plate_at_rest_is_taken_and_no_to
     assert loop.summary()["base"]["outcomes"]["SEARCHING"] == 1
 
 
+@pytest.mark.slow
 def test_bend_twist_shapes_and_energies_are_stated():
     shots, _, _ = story()
     base = shots[UNTIL - FLAT - 1].base
@@ -134,6 +135,7 @@ def test_bend_twist_shapes_and_energies_are_stated():
     assert any(shape.name.startswith("down") for shape in base.shapes)
 
 
+@pytest.mark.slow
 def test_a_touch_is_shown_where_it_is_and_as_hard():
     shots, loop, _ = story()
     last = shots[UNTIL - FLAT + 7]
@@ -145,6 +147,7 @@ def test_a_touch_is_shown_where_it_is_and_as_hard():
     assert loop.summary()["pattern"]["false_touches"] == 0
 
 
+@pytest.mark.slow
 def test_a_base_that_moves_on_is_followed_with_its_touch():
     shots, loop, _ = story()
     moved = shots[UNTIL - FLAT + 8 : UNTIL - FLAT + 16]
@@ -174,6 +177,7 @@ def begin_with(loop, ready):
     loop.get_ready().use(ready, 0.0)
 
 
+@pytest.mark.slow
 def test_what_no_base_explains_is_no_touch_and_the_plate_is_seen_again_after_it():
     shots, _ = hidden()
     for shot in shots[2:4]:
@@ -194,6 +198,7 @@ def looked_at(**changes):
     return list(loop)
 
 
+@pytest.mark.slow
 def test_near_a_limit_point_the_reason_is_named():
     for shot in looked_at(eigenvalue=0.05):
         assert shot.base.outcome == shot.base.verdict == "NEAR_LIMIT"
@@ -202,12 +207,14 @@ def test_near_a_limit_point_the_reason_is_named():
         assert all(shape.verdict == "NEAR_LIMIT" for shape in shot.base.shapes)
 
 
+@pytest.mark.slow
 def test_a_base_beyond_what_the_material_bears_says_so():
     for shot in looked_at(verdict=fe.Verdict.OVERSTRAINED):
         assert shot.base.verdict == "OVERSTRAINED"
         assert "strained beyond its limit" in shot.status
 
 
+@pytest.mark.slow
 def test_what_is_left_in_front_is_looked_for_anew_and_not_believed():
     _, before = hidden()
     follower = before.get_ready()

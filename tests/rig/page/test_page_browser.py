@@ -160,6 +160,7 @@ def test_a_frame_fills_every_part_of_the_page(page, snapshot):
     }
 
 
+@pytest.mark.slow
 def test_the_component_changes_map_and_bar_by_click_and_by_key(page, snapshot):
     with serve(0) as publisher, feed(publisher, still(snapshot)):
         open_live(page, publisher)
@@ -502,6 +503,7 @@ def test_the_chart_shows_force_or_place(page, snapshot):
     assert page.complaints == []
 
 
+@pytest.mark.slow
 def test_the_chart_shows_the_strain_at_the_point_that_is_pinned(page, snapshot):
     shot = snapshot(3, truth=None, touches=(), from_strain=())
     columns = np.linspace(-1e-4, 1e-4, shot.strain.exx.shape[1], dtype=np.float32)

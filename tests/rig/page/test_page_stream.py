@@ -241,6 +241,7 @@ def test_an_error_in_the_loop_ends_the_server_and_comes_through():
         httpx.get(publisher.url)
 
 
+@pytest.mark.slow
 def test_the_page_needs_no_torch():
     code = "import sys, rig.page; sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

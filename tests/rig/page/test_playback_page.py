@@ -32,6 +32,15 @@ def folder(session, tmp_path):
     return tmp_path
 
 
+@pytest.fixture
+def listed(tmp_path):
+    """Give a folder with two files of which the names alone are read."""
+    for name in ("whole.h5", "broken.h5"):
+        (tmp_path / name).write_bytes(b"no recording")
+    return tmp_path
+
+
+@pytest.mark.slow
 def test_a_recording_is_played_on_a_page_that_ends_with_the_run(folder, ended):
     with PlaybackPage(folder, EVERYONE) as playback:
         assert playback.state().names == ()
@@ -50,6 +59,7 @@ def test_a_recording_is_played_on_a_page_that_ends_with_the_run(folder, ended):
     assert ended([pid]) == []
 
 
+@pytest.mark.slow
 def test_a_file_that_is_no_recording_is_a_sentence_and_another_can_be_chosen(folder):
     with PlaybackPage(folder, EVERYONE) as playback:
         playback.look()
@@ -60,6 +70,7 @@ def test_a_file_that_is_no_recording_is_a_sentence_and_another_can_be_chosen(fol
         assert playback.state().trouble == ""
 
 
+@pytest.mark.slow
 def test_a_page_that_dies_is_a_sentence(folder):
     with PlaybackPage(folder, EVERYONE) as playback:
         playback.look()
@@ -70,15 +81,15 @@ def test_a_page_that_dies_is_a_sentence(folder):
         assert (playback.state().address, playback.pid) == ("", None)
 
 
-def test_a_recording_that_goes_while_the_folder_is_read_is_not_listed(folder):
-    (folder / "gone.h5").symlink_to(folder / "nowhere")
-    assert set(recordings(folder)) == {"whole.h5", "broken.h5"}
+def test_a_recording_that_goes_while_the_folder_is_read_is_not_listed(listed):
+    (listed / "gone.h5").symlink_to(listed / "nowhere")
+    assert set(recordings(listed)) == {"whole.h5", "broken.h5"}
 
 
 @pytest.mark.parametrize("name", ["../whole.h5", "other.h5", "", None])
-def test_only_what_is_listed_is_played(folder, name):
+def test_only_what_is_listed_is_played(listed, name):
     publisher, switch = Publisher(0, None, Access()), Switch(lambda file: None, None)
-    with open_files(folder, EVERYONE, print) as files:
+    with open_files(listed, EVERYONE, print) as files:
         operator = Operator(publisher, switch, Calibration(), (), files=files)
         publisher.ask({"do": "recordings"})
         publisher.ask({"do": "playback", "name": name})

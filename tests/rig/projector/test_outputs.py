@@ -152,6 +152,7 @@ def shows(show, desktop, name):
     return np.array_equal(desktop.pixels(name), draw_marks(MARKS, SCREEN))
 
 
+@pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.parametrize(
     "places",

@@ -53,6 +53,7 @@ def astray(desktop, index):
 SHORT = "laptop left", "laptop right, of its size, moves to where it was"
 
 
+@pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.parametrize(
     "order",

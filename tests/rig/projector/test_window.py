@@ -142,6 +142,7 @@ def test_a_screen_of_another_size_is_refused_in_one_sentence(x_server):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.display
 def test_a_stuck_window_never_holds_the_loop(x_server):
     display, memory = x_server
@@ -154,6 +155,7 @@ def test_a_stuck_window_never_holds_the_loop(x_server):
     assert not Path(f"/proc/{show.pid}").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_window_that_dies_or_hangs_is_opened_again(x_server, how, monkeypatch):
@@ -189,6 +191,7 @@ def test_no_display_is_a_sentence_and_the_loop_goes_on():
         show(())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.0, 0.1, 0.2, 0.4])
 def test_ctrl_c_ends_loop_and_window_without_a_word(tmp_path, seconds):
     script = """
@@ -223,6 +226,7 @@ if __name__ == "__main__":
         assert loop.communicate(timeout=SECONDS)[0] == "end\n"
 
 
+@pytest.mark.slow
 @pytest.mark.display
 def test_the_window_ends_when_its_loop_is_killed(x_server):
     display, memory = x_server

@@ -46,6 +46,7 @@ def free_space(monkeypatch, *numbers):
     monkeypatch.setattr(shutil, "disk_usage", usage)
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_is_said_at_once_and_in_the_exit_code(
     small_settings, live_cache, monkeypatch, tmp_path
 ):
@@ -72,6 +73,7 @@ def test_a_recording_without_room_does_not_begin(small_settings, monkeypatch, tm
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_replay_that_differs_says_so_in_its_exit_code(recorded):
     path, _ = recorded
     with h5py.File(path, "r+") as file:
@@ -95,6 +97,7 @@ def datasets(file):
     }
 
 
+@pytest.mark.slow
 def test_a_recorded_run_is_replayed_bit_for_bit_and_exported(recorded, tmp_path):
     path, said = recorded
     frames = said["recorded"]["frames"]

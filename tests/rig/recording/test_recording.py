@@ -51,6 +51,7 @@ def test_a_replay_finds_the_same_touches_bit_for_bit(session, tmp_path):
         ]
 
 
+@pytest.mark.slow
 def test_a_recording_plays_with_the_times_of_then_however_late_it_is_read(session, tmp_path):
     path = tmp_path / "session.h5"
     session(path, PRESSED[:8])
@@ -66,6 +67,7 @@ def test_a_recording_plays_with_the_times_of_then_however_late_it_is_read(sessio
     assert frames[-1].late > 0.5 * (taken[-1] - taken[0])
 
 
+@pytest.mark.slow
 def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
     session, tmp_path, monkeypatch
 ):
@@ -117,6 +119,7 @@ def test_variances_that_cannot_be_are_said(session, tmp_path):
         pass
 
 
+@pytest.mark.slow
 def test_the_file_opens_without_this_program(session, tmp_path):
     path = tmp_path / "session.h5"
     _, shots, _ = session(path, PRESSED)
@@ -293,6 +296,7 @@ def writing(*paths, program=ONE, **options):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frames", [1, 7, 40])
 def test_a_writer_that_is_killed_leaves_every_whole_frame(tmp_path, frames):
     path = tmp_path / "killed.h5"
@@ -347,6 +351,7 @@ def test_a_file_that_hdf5_has_closed_bears_no_mark(tmp_path, size):
     assert unmarked(superblock) == superblock
 
 
+@pytest.mark.slow
 def test_a_file_that_may_not_grow_keeps_its_whole_frames(tmp_path):
     path = tmp_path / "full.h5"
 
@@ -362,6 +367,7 @@ def test_a_file_that_may_not_grow_keeps_its_whole_frames(tmp_path):
         assert last["frames/sequence"] == len(said.split()) - 1
 
 
+@pytest.mark.slow
 def test_a_file_that_lost_its_end_keeps_the_frames_before_it(session, tmp_path):
     path = tmp_path / "session.h5"
     session(path, [*PRESSED, *range(600, 660)])  # more than one chunk of small numbers

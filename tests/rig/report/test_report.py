@@ -139,6 +139,7 @@ def test_the_page_opens_with_the_count_of_bars_the_misses_and_the_machine(home, 
     assert (tmp_path / "out/plots/front.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_a_bar_is_open_until_a_study_has_its_case_and_quantity(home, tmp_path):
     other = OPEN.replace("nothing found", "a").replace("unit", 'quantity = "width", unit')
     (home / "open_bars.toml").write_text(other)
@@ -163,6 +164,7 @@ def test_the_html_page_needs_no_other_file(home, tmp_path):
     assert "<table>" in page
 
 
+@pytest.mark.slow
 def test_a_study_that_ended_well_is_not_run_again_until_the_code_changes(home, tmp_path):
     for _ in range(2):
         built(home, tmp_path / "out", names=["meshes"])
@@ -216,6 +218,7 @@ def test_a_case_without_a_number_is_not_drawn():
     assert trades(figures) == []
 
 
+@pytest.mark.slow
 def test_figures_at_places_of_a_plate_are_drawn_as_maps(tmp_path):
     places = [(x, y) for x in (5.0, 15.0, 25.0) for y in (10.0, 30.0)]
     figures = [Figure("T", plate_map.at(x, y), "place", x * y, "mm") for x, y in places]

@@ -67,6 +67,7 @@ def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(sce
     np.testing.assert_array_equal(sets.training.targets, noise.pool.targets)
 
 
+@pytest.mark.slow
 def test_gauges_on_the_face_have_the_noise_that_the_scene_states():
     scene = rig.load("paper-one", {"training.noise": 0.05, "training.test_samples": 50})
     sets = simulate_sets(training_plan(scene), quiet)
