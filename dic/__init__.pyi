@@ -77,6 +77,8 @@ from .tiles.tiles import (
     TileReference as TileReference,
     Tiles as Tiles,
     TileSums as TileSums,
+    aliasing_left as aliasing_left,
+    gain_left as gain_left,
     lay_tiles as lay_tiles,
     prepare_tiles as prepare_tiles,
     tile_sums as tile_sums,

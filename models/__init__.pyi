@@ -250,6 +250,11 @@ from .inverse.prior import (
     prior as prior,
 )
 from .inverse.solver import find as find
+from .motion_errors import (
+    OF_PIXELS as OF_PIXELS,
+    MotionErrors as MotionErrors,
+    with_motion_errors as with_motion_errors,
+)
 from .nets.array_file import net_format as net_format
 from .nets.baselines import (
     train_adversarial as train_adversarial,

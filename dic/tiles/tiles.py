@@ -116,6 +116,9 @@ class TileReference:
         the pattern predicts it (`dic.images.spectrum.error_budget`); 0 where it has none.
     roughness : float
         What these leave at most of a moved image, over the pattern, rms; predicted likewise.
+    gain_error : float
+        Fraction by which aliasing may make small motions look too small or too large; the spectrum
+        predicts how far, and what is there of it depends on the pattern.
     smooth : SmoothGradient or None
         In the place of the gradient behind a prefilter.
     """
@@ -129,6 +132,7 @@ class TileReference:
     bias: F64
     aliasing: float = 0.0
     roughness: float = 0.0
+    gain_error: float = 0.0
     smooth: SmoothGradient | None = None
 
     @property
@@ -140,7 +144,7 @@ class TileReference:
         """Noise of pixels by which a tile would err as it does, grey levels.
 
         That is `noise`, of a frame less the reference, with what aliasing leaves: little of it is
-        there while nothing moves, and a σ that leaves it out holds only then.
+        there while nothing moves, see `aliasing_left`, and a σ that leaves it out holds only then.
         """
         aliased = self.aliasing * float(np.sqrt(np.median(self.hessian[:, [0, 2]])))
         return noise if aliased < _MINOR * noise else float(np.hypot(noise, aliased))
@@ -189,6 +193,26 @@ def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
         )
     origin = ((width - size * columns) // 2, (height - size * rows) // 2)
     return Tiles(size, origin, (rows, columns))
+
+
+def aliasing_left(flow: F64) -> float:
+    """Give the variance that aliasing leaves of motions (n, 2) px, over that of any motion.
+
+    A wave that is folded back turns against the pattern: of a motion u it leaves sin²(πu) along
+    each axis, and nothing of a pixel or of none. Tiles count by the square of their motion.
+    """
+    weight = np.square(flow).sum(axis=1)
+    left = np.square(np.sin(np.pi * flow)).sum(axis=1)
+    return float(weight @ left / max(float(weight.sum()), 1e-30))
+
+
+def gain_left(flow: F64) -> float:
+    """Give the part by which motions (n, 2) px are measured too large, over that of small ones.
+
+    Of a motion u a gain g of small ones leaves g sin(2πu)/2π. Tiles count as in `aliasing_left`.
+    """
+    left = flow * np.sin(2.0 * np.pi * flow) / (2.0 * np.pi)
+    return float(left.sum() / max(float(np.square(flow).sum()), 1e-30))
 
 
 def prepare_tiles(
@@ -249,6 +273,7 @@ def prepare_tiles(
         bias=bias,
         aliasing=error_budget(spectrum, chosen.sigma).random / size,
         roughness=aliased_fraction(spectrum) ** 0.5,
+        gain_error=2.0 * np.pi * float(np.mean(aliasing_bias(spectrum, chosen.sigma))),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from models.arrays import F64
 from models.checks import read_array
+from models.motion_errors import OF_PIXELS, MotionErrors
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,7 @@ class Press:
         frames: tuple[int, int],
         whitening: F64 | None,
         moved: F64 | None = None,
+        errors: MotionErrors = OF_PIXELS,
     ) -> Press:
         """Build a press from the mean of frames, and the reference from the mean of others.
 
@@ -65,10 +67,14 @@ class Press:
             Of the press, and of the reference.
         whitening : (m, K + U) float64 or None
         moved : (R,) float64 or None
+        errors : MotionErrors
+            Of one frame; what aliasing leaves is the same in all of a press, and a gain is that of
+            all presses, which Young's modulus takes.
         """
-        own, still = (1.0 / count for count in frames)
-        one = 1.0 + still
-        return cls(measured, touch, sigma, sqrt(own / one), whitening, sqrt(still / one), moved)
+        own, still = (errors.pixels / count for count in frames)
+        one = 1.0 + 1.0 / frames[1]
+        noise = min(sqrt(own / one + errors.aliased), 1.0)
+        return cls(measured, touch, sigma, noise, whitening, sqrt(still / one), moved)
 
     @property
     def total_noise(self) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dic import TileReference, Tiles, prepare_blocks
+from dic import TileReference, Tiles, aliasing_left, prepare_blocks
 from models.arrays import F64
 from models.forward.linear import Forward
 from models.forward.tile_pattern import LIGHT, TilePattern
@@ -104,13 +104,9 @@ def bias_of_interpolation(pattern: TilePattern, touch: F64) -> F64:
 def aliased_part(pattern: TilePattern, touch: F64) -> float:
     """Give the variance that aliasing leaves under a touch (3,), over that of any motion.
 
-    A wave that is folded back turns against the pattern: of a motion u it leaves sin²(πu) along
-    each axis, and nothing of a pixel or of none. Tiles count by the square of their motion.
+    See `dic.aliasing_left`.
     """
-    flow = _flow(pattern, touch)
-    weight = np.square(flow).sum(axis=1)
-    left = np.square(np.sin(np.pi * flow)).sum(axis=1)
-    return float(weight @ left / max(float(weight.sum()), 1e-30))
+    return aliasing_left(_flow(pattern, touch))
 
 
 def _flow(pattern: TilePattern, touch: F64) -> F64:

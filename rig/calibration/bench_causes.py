@@ -90,13 +90,15 @@ def _touches(
     for name, grey in images:
         image = np.asarray(grey, dtype=np.float32)
         try:
-            touch, seen, whitening, moved = measured(chain, image, None, name)
+            touch, seen, whitening, moved, errors = measured(chain, image, None, name)
         except ValueError:  # nobody touches the plate here
             continue
         near = any(np.hypot(*(touch[:2] - one.touch[:2])) < _APART for one in found)
         if touch[2] >= _MIN_FORCE and not near:
             unknown, frames = np.full(3, np.inf), (1, references)
-            found.append(models.Press.of_frames(seen, touch, unknown, frames, whitening, moved))
+            found.append(
+                models.Press.of_frames(seen, touch, unknown, frames, whitening, moved, errors)
+            )
         if len(found) == TOUCHES:
             break
     return found

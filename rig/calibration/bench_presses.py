@@ -228,12 +228,15 @@ class ShownPress(NamedTuple):
     whitening : (m, K + U) float64
     moved : (R,) float64 or None
         By how much the camera has moved; see `models.Press`.
+    errors : MotionErrors
+        Of one frame.
     """
 
     touch: F64
     seen: F64
     whitening: F64
     moved: F64 | None
+    errors: models.MotionErrors
 
 
 def _shown(chain: Chain, one: Listed, image: F32) -> ShownPress:
@@ -252,7 +255,9 @@ def _press(one: Listed, shown: ShownPress, place: float, reference_frames: int) 
     along = inf if one.place is None else place
     sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
     frames = last - first + 1, reference_frames
-    return models.Press.of_frames(shown.seen, touch, sigma, frames, shown.whitening, shown.moved)
+    return models.Press.of_frames(
+        shown.seen, touch, sigma, frames, shown.whitening, shown.moved, shown.errors
+    )
 
 
 def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPress:
@@ -281,7 +286,8 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     whitening = np.ascontiguousarray(pattern.factor.T) / chain.noise
-    return ShownPress(touch, white, whitening, pattern.uncorrected(seen.motion))
+    errors = chain.motion_errors(seen.motion, seen.hidden)
+    return ShownPress(touch, white, whitening, pattern.uncorrected(seen.motion), errors)
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:

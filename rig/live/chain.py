@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dic import TileBlocks, TileReference, prepare_blocks, prepare_tiles, tile_prefilter
-from models import Estimator, ImageMotions, TilePattern, prepare_pattern
+from dic import (
+    TileBlocks,
+    TileReference,
+    aliasing_left,
+    gain_left,
+    prepare_blocks,
+    prepare_tiles,
+    tile_prefilter,
+)
+from models import OF_PIXELS, Estimator, ImageMotions, MotionErrors, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
@@ -17,7 +25,7 @@ from rig.live.noise_curve import tile_weights
 from rig.live.plate_in_time import Past, PlateInTime
 from rig.live.touch_start import TouchStart, prepare_start
 from rig.live.visibility import MaskedModels
-from rig.system.arrays import F64
+from rig.system.arrays import F64, Mask
 
 if TYPE_CHECKING:
     import models
@@ -59,6 +67,15 @@ class Chain:
     def pattern(self) -> TilePattern:
         """The whole pattern as a measurement."""
         return self.masked_models.pattern
+
+    def motion_errors(self, motion: F64, hidden: Mask) -> MotionErrors:
+        """Say what a frame of this motion (K + R,) errs by, the hidden tiles (T,) aside."""
+        pixels = (self.pixel_noise / self.noise) ** 2
+        if pixels == 1.0:
+            return OF_PIXELS
+        flow = self.pattern.motions.flow(motion)[self.pattern.motions.on_plate & ~hidden]
+        gain = self.reference.gain_error * gain_left(flow)
+        return MotionErrors(pixels, (1.0 - pixels) * aliasing_left(flow), gain)
 
     @property
     def estimator(self) -> Estimator:

@@ -270,6 +270,10 @@ def test_a_press_states_the_noise_of_its_frames_and_of_its_reference():
     press = models.Press.of_frames(zero, zero, np.ones(3), (4, 4), None)
     assert press.noise == pytest.approx(press.reference) == pytest.approx(np.sqrt(0.2))
     assert models.Press.of_frames(zero, zero, np.ones(3), (1, 16), None).total_noise == 1.0
+    half_pixels = models.MotionErrors(0.5, 0.2)  # and what aliasing leaves, the same in all frames
+    press = models.Press.of_frames(zero, zero, np.ones(3), (4, 4), None, None, half_pixels)
+    assert press.noise == pytest.approx(np.sqrt(0.1 + 0.2))
+    assert press.reference == pytest.approx(np.sqrt(0.1))
     with pytest.raises(ValueError, match=r"reference must lie in 0 to 1, got 2; use 1/√n"):
         models.Press(zero, zero, np.ones(3), reference=2.0)
 

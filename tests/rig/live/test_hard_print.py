@@ -32,11 +32,14 @@ def chain_and_twin(small):
     return make
 
 
+def seen_in(chain, image):
+    return estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+
+
 def estimates(chain, twin):
     """Give what is seen of the same force at ten places."""
     for k, (x, y) in enumerate(PLACES):
-        image = twin.frame(20 + k, (fe.Touch(x, y, FORCE),))
-        yield estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+        yield seen_in(chain, twin.frame(20 + k, (fe.Touch(x, y, FORCE),)))
 
 
 @pytest.mark.slow
@@ -56,6 +59,27 @@ def test_forces_on_a_hard_print_are_right_behind_the_chosen_filter(chain_and_twi
     assert bias["auto"] < 0.5 * bias[0.0]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("force", [1.0, 40.0])
+def test_a_touch_scatters_by_the_noise_of_its_own_motion(chain_and_twin, force):
+    """Aliasing is there under a strong touch alone, and stays as it is from frame to frame.
+
+    Forces may be wrong by what it takes of small motions, which the spectrum of the print says.
+    """
+    chain, twin = chain_and_twin(HARD | {"dic.prefilter": 0.0})
+    assert chain.noise > 1.2 * chain.pixel_noise
+    touch = fe.Touch(90.0, 120.0, force)
+    found = [seen_in(chain, twin.frame(20 + k, (touch,))).estimate for k in range(24)]
+    known = np.mean([each.systematic for each in found], axis=0)
+    noise = np.mean([each.covariance for each in found], axis=0) - known
+    seen = np.array([[*each.xy[0], each.force[0]] for each in found])
+    z = (seen - seen.mean(axis=0)) / np.sqrt(np.diag(noise))
+    assert np.sqrt((z**2).sum() / (z.size - 3)) == pytest.approx(1.0, abs=0.25)
+    assert abs(seen[:, 2].mean() - force) < 2.0 * np.sqrt(known[2, 2])
+    aliased = known[0, 0] / noise[0, 0]
+    assert aliased < 0.05 if force == 1.0 else aliased > 0.1
+
+
 @pytest.mark.parametrize(
     ("overrides", "sigma"),
     [({}, 0.0), (HARD, 0.8), (HARD | {"dic.prefilter": "1.2 px"}, 1.2)],
@@ -64,7 +88,7 @@ def test_the_filter_is_chosen_or_set_and_stands_with_the_pattern(chain_and_twin,
     chain, twin = chain_and_twin(overrides)
     assert chain.reference.prefilter.sigma == sigma
     image = twin.frame(20, ())
-    frame_estimate = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+    frame_estimate = seen_in(chain, image)
     (sign,) = (each for each in signs(chain, frame_estimate) if each.name == "pattern")
     assert (f"Gaussian of {sigma:g} px" in sign.says) == (sigma > 0)
     if not sigma:
