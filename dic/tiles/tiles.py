@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dic.arrays import F32, F64, AnyArray
+from dic.arrays import F32, F64, AnyArray, Mask
 from dic.images.fourier import FADE, shifted
 from dic.images.image import check_image, check_pair, check_reference
 from dic.images.prefilter import Prefilter, read_prefilter
@@ -140,13 +140,18 @@ class TileReference:
         """The Gaussian by which the gradient is smoothed, or none."""
         return Prefilter() if self.smooth is None else self.smooth.prefilter
 
-    def motion_noise(self, noise: float) -> float:
-        """Noise of pixels by which a tile would err as it does, grey levels.
+    def steepness(self, counted: Mask | None = None) -> float:
+        """Root of Σfx² or Σfy² of a usual tile, of those (T,) that count, grey levels a px."""
+        hessian = self.hessian if counted is None else self.hessian[counted]
+        return float(np.sqrt(np.median(hessian[:, [0, 2]])))
+
+    def motion_noise(self, noise: float, counted: Mask | None = None) -> float:
+        """Noise of pixels by which a tile would err as it does, of those (T,) that count.
 
         That is `noise`, of a frame less the reference, with what aliasing leaves: little of it is
         there while nothing moves, see `aliasing_left`, and a σ that leaves it out holds only then.
         """
-        aliased = self.aliasing * float(np.sqrt(np.median(self.hessian[:, [0, 2]])))
+        aliased = self.aliasing * self.steepness(counted)
         return noise if aliased < _MINOR * noise else float(np.hypot(noise, aliased))
 
 

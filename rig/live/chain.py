@@ -69,12 +69,15 @@ class Chain:
         return self.masked_models.pattern
 
     def motion_errors(self, motion: F64, hidden: Mask) -> MotionErrors:
-        """Say what a frame of this motion (K + R,) errs by, the hidden tiles (T,) aside."""
+        """Say what a frame of this motion (K + R,) errs by, the hidden tiles (T,) aside.
+
+        A gain is that of presses as well, and Young's modulus of an inferred bench has it.
+        """
         pixels = (self.pixel_noise / self.noise) ** 2
         if pixels == 1.0:
             return OF_PIXELS
         flow = self.pattern.motions.flow(motion)[self.pattern.motions.on_plate & ~hidden]
-        gain = self.reference.gain_error * gain_left(flow)
+        gain = 0.0 if self.estimator.bench else self.reference.gain_error * gain_left(flow)
         return MotionErrors(pixels, (1.0 - pixels) * aliasing_left(flow), gain)
 
     @property
@@ -101,7 +104,7 @@ def prepare_chain(
     image, size = reference.image, motions.tiles.size
     given = tile_prefilter(image, size, reference.noise) if prefilter is None else prefilter
     tile_reference = prepare_tiles(image, size, given, reference.own_noise)
-    noise = tile_reference.motion_noise(reference.noise)
+    noise = tile_reference.motion_noise(reference.noise, motions.on_plate)
     tiles = prepare_blocks(tile_reference, 1)
     aliased = noise**2 - reference.noise**2
     curve = None if reference.curve is None else reference.curve + aliased

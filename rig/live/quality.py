@@ -51,7 +51,7 @@ def _noise(noise: float, at_rest: float) -> Sign:
 def _pattern(chain: Chain) -> Sign:
     """Error that too fine a pattern leaves in a tile; it warns where noise leaves less."""
     reference = chain.reference
-    noise = chain.pixel_noise / float(np.sqrt(np.median(reference.hessian[:, (0, 2)])))
+    noise = chain.pixel_noise / reference.steepness(chain.pattern.motions.on_plate)
     aliasing, sigma = reference.aliasing, reference.prefilter.sigma
     too_fine = aliasing > noise
     text = f"{aliasing:.3f} px aliased"

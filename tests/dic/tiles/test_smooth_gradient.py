@@ -75,6 +75,17 @@ def test_a_soft_print_passes_no_filter_and_its_sums_are_those_of_before():
     np.testing.assert_array_equal(sums[0].gradient, sums[1].gradient)
 
 
+def test_tiles_beside_the_pattern_say_nothing_of_its_aliasing():
+    image = seen(blots(3))
+    beside = np.concatenate([image, np.full((image.shape[0], 3 * image.shape[1]), 128.0)], axis=1)
+    whole, part = dic.prepare_tiles(image, SIZE), dic.prepare_tiles(beside, SIZE)
+    counted = part.tiles.xs < image.shape[1] - SIZE
+    on = np.tile(counted, part.tiles.shape[0])
+    assert part.motion_noise(1.0) == 1.0
+    assert part.motion_noise(1.0, on) == pytest.approx(whole.motion_noise(1.0), rel=0.25)
+    assert whole.motion_noise(1.0) > 1.2
+
+
 def test_noise_of_a_frame_is_what_the_hessian_says_and_tiles_stay_independent():
     image, rng = seen(blots(4)), np.random.default_rng(6)
     reference = dic.prepare_tiles(image, SIZE, 0.8)
