@@ -24,7 +24,7 @@ def replay(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Find the touches of a recording again and compare them with those found then, bit for bit.
+    """Find the touches of a recording again and compare them with those found then.
 
     The exit code is 1 if any frame has other touches, as that of `diff`.
     """

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dic import TileSums
-from models import Estimate, Result, with_motion_errors
+from models import Estimate, Result
 from rig.live.baseline import is_consistent, update_drift
 from rig.live.chain import Chain, ChainState
 from rig.live.fitted import fitted, touches_of
@@ -149,16 +149,13 @@ def _estimated(
         )
     try:
         if chain.in_time is not None and time is not None:
-            found = _in_time(chain, chain.in_time, seen, state, watch, drift, time)
-        else:
-            found = _at_equilibrium(chain, seen, state, watch, drift)
+            return _in_time(chain, chain.in_time, seen, state, watch, drift, time)
+        return _at_equilibrium(chain, seen, state, watch, drift)
     except np.linalg.LinAlgError:
         # Numbers of a bench that nothing can stand on; the run goes on, and says what helps.
         why = "no touch can be estimated on the bench as it is known; calibrate the bench"
         none = replace(state, touches=np.empty((0, 3)))
         return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, seen.hidden_fraction, why, none)
-    errors = chain.motion_errors(seen.motion, seen.hidden)
-    return replace(found, estimate=with_motion_errors(found.estimate, errors))
 
 
 def _at_equilibrium(

@@ -10,13 +10,12 @@ from models import BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import ChainState, at_rest
-from rig.live.confirmation import confirmed
 from rig.live.first_touches import NextBench
-from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
+from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
 from rig.live.pace import LATENCY
-from rig.live.reported import reported
+from rig.live.reported import report_frame
 from rig.live.strain_chain import with_strain, with_touches
 from rig.live.tracks import Event, Track, Tracks
 from rig.live.visibility import SLIGHT
@@ -95,20 +94,10 @@ class FrameProcessor:
         before, watch = self._state, self._watch
         watch.add("arrive", self._clock() - frame.given)
         last = frame.captured if self._captured is None else self._captured
-        frame_estimate = estimate_frame(
-            self.chain,
-            frame.image,
-            before,
-            watch,
-            drift_weight(frame.captured - last),
-            frame.captured,
+        drift = drift_weight(frame.captured - last)
+        frame_estimate = report_frame(
+            self.chain, self._net, frame.image, before, watch, drift, frame.captured
         )
-        frame_estimate = confirmed(self.chain, frame_estimate, before)
-        if self._net:
-            frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)
-        else:
-            with watch.stage("estimate"):
-                frame_estimate = reported(self.chain, frame_estimate)
         watch.add(LATENCY, self._clock() - frame.given)
         frame_estimate = with_strain(self.strain, frame_estimate, watch, self._bench.alignment)
         with watch.stage("track"):

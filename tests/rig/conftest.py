@@ -72,8 +72,8 @@ def in_hand():
 def session(small, in_hand):
     """Record frames of the twin: `session(path, sequences)` gives scene, bench and snapshots."""
 
-    def make(path, sequences, waiting=100, **options):
-        scene = small({"touches.max_touches": 2})
+    def make(path, sequences, waiting=100, changes=(), **options):
+        scene = small({"touches.max_touches": 2} | dict(changes))
         bench = build_bench(scene, lambda done, total: None)
         source = in_hand(build_twin(scene), [*range(16), *sequences])
         with SessionRecorder(

@@ -11,6 +11,7 @@ from rig.live.bench import build_bench
 from rig.live.chain import at_rest
 from rig.live.frame_estimate import estimate_frame
 from rig.live.quality import signs
+from rig.live.reported import reported
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
@@ -33,7 +34,7 @@ def chain_and_twin(small):
 
 
 def seen_in(chain, image):
-    return estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+    return reported(chain, estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic)))
 
 
 def estimates(chain, twin):

@@ -44,11 +44,26 @@ def test_a_replay_finds_the_same_touches_bit_for_bit(session, tmp_path):
     assert all(one.same for one in replayed)
     assert {len(shot.touches) for shot in shots} == {0, 1, 2}
     for one, shot in zip(replayed, shots, strict=True):
+        found, then = one.frame_estimate.estimate, shot.estimate
+        np.testing.assert_array_equal(found.xy, then.xy)
+        np.testing.assert_array_equal(found.covariance, then.covariance)
         assert one.frame.sequence == shot.sequence
         np.testing.assert_array_equal(one.frame.image, shot.image)
         assert [(t.x, t.y, t.force) for t in one.frame.truth] == [
             (mark.x, mark.y, mark.force) for mark in shot.truth
         ]
+
+
+@pytest.mark.slow
+def test_a_replay_on_a_bench_of_which_nothing_is_known_reports_the_same(session, tmp_path):
+    """Touches by the causes that a frame shows, and none that only one frame shows."""
+    path, changes = tmp_path / "session.h5", {"comparison": None, "estimator.bench": "usual"}
+    bench, shots, _ = session(path, PRESSED[:10], changes=changes)
+    replayed = again(path, bench)
+    assert all(one.same for one in replayed)
+    assert sum(len(shot.touches) for shot in shots) > 5
+    far = [one.frame_estimate.estimate.systematic is not None for one in replayed]
+    assert any(far)
 
 
 @pytest.mark.slow
