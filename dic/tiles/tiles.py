@@ -18,7 +18,6 @@ from dic.images.fourier import FADE, shifted
 from dic.images.image import check_image, check_pair, check_reference
 from dic.images.prefilter import Prefilter, read_prefilter
 from dic.images.spectrum import (
-    Spectrum,
     aliased_fraction,
     aliasing_bias,
     error_budget,
@@ -39,6 +38,7 @@ from dic.tiles.tile_spline import noise_bias, slopes_at_knots, tile_spline
 
 MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the image
 _SHIFT = 0.25  # px, at which interpolation errs most
+_UNSURE = 0.3  # of the bias by aliasing: its standard deviation over prints soft and hard
 _MINOR = 0.3  # of the noise: what aliasing leaves would widen σ by less than 5 % and is left out
 
 
@@ -117,8 +117,9 @@ class TileReference:
     roughness : float
         What these leave at most of a moved image, over the pattern, rms; predicted likewise.
     gain_error : float
-        Fraction by which aliasing may make small motions look too small or too large; the spectrum
-        predicts how far, and what is there of it depends on the pattern.
+        Standard deviation of the fraction by which interpolation and aliasing make small motions
+        look too large: the difference of both, and what the spectrum says of aliasing too much or
+        too little.
     smooth : SmoothGradient or None
         In the place of the gradient behind a prefilter.
     """
@@ -270,15 +271,17 @@ def prepare_tiles(
     if chosen.sigma:
         reference = _smoothed(reference, chosen, gradient)
     spectrum = measure_spectrum(grey, everywhere, noise)
-    bias = _interpolation_bias(reference, spectrum, noise or 0.0)
+    shifted_by, of_noise = _interpolation_bias(reference, noise or 0.0)
+    aliased = aliasing_bias(spectrum, chosen.sigma) if spectrum else np.zeros(2)
+    reference = replace(reference, bias=_known_part(shifted_by, aliased) - of_noise)
     if spectrum is None:
-        return replace(reference, bias=bias)
+        return reference
+    unsure = np.hypot(shifted_by - aliased, _UNSURE * aliased)
     return replace(
         reference,
-        bias=bias,
         aliasing=error_budget(spectrum, chosen.sigma).random / size,
         roughness=aliased_fraction(spectrum) ** 0.5,
-        gain_error=2.0 * np.pi * float(np.mean(aliasing_bias(spectrum, chosen.sigma))),
+        gain_error=2.0 * np.pi * float(np.mean(unsure)),
     )
 
 
@@ -412,31 +415,42 @@ def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:
     )
 
 
-def _interpolation_bias(reference: TileReference, spectrum: Spectrum | None, noise: float) -> F64:
-    """Measure `TileReference.bias` on the image itself, shifted by its Fourier series.
+def _known_part(bias: F64, aliased: F64) -> F64:
+    """Take what aliasing has folded back off a bias (2,) px of images shifted by their series.
 
-    That series takes what aliasing has folded back for what it looks like, which is taken off. From
-    half of the bias on less and less counts, since its sign is not known, and evenly so, that a
-    patch of a pattern says the same as all of it. It moves noise as well, which frames do not. 0
-    where aliasing is all of it; where no tile is far enough from the border; and where there is no
-    pattern.
+    From half of the bias on less and less counts, since its sign is not known, and evenly so, that
+    a patch of a pattern says the same as all of it. 0 where aliasing is all of it.
+    """
+    left = np.maximum(bias - aliased, 0.0)
+    return left * np.minimum(1.0, 2.0 * left / np.maximum(bias, _SHIFT * 1e-9))
+
+
+def _interpolation_bias(reference: TileReference, noise: float) -> tuple[F64, F64]:
+    """Measure what interpolation adds to the image itself, shifted by its Fourier series.
+
+    That series takes what aliasing has folded back for what it looks like. It moves noise as well,
+    which frames do not.
+
+    Returns
+    -------
+    (2,) float64, px
+        Of the pattern; 0 where no tile is far enough from the border, and without a pattern.
+    (2,) float64, px
+        What noise adds where it stays.
     """
     tiles, shape = reference.tiles, np.array(reference.image.shape[::-1])
     room = np.minimum(tiles.xy, shape - 1 - tiles.xy).min(axis=1) - tiles.size / 2
     inside = room >= FADE + MARGIN
     hessian = reference.hessian[inside].sum(axis=0)[[0, 2]]
     if not np.all(hessian > 0.0):
-        return np.zeros(2)
+        return np.zeros(2), np.zeros(2)
     flow = np.full((len(tiles.xy), 2), _SHIFT)
     sums = tile_sums(reference, shifted(reference.image, (_SHIFT, _SHIFT)), flow)
     own, moved = (
         _even(reference, noise**2 * each)[inside].sum(axis=0)
         for each in noise_bias(reference.prefilter.sigma)
     )
-    bias = (moved - sums.gradient[inside].sum(axis=0)) / hessian
-    aliased = aliasing_bias(spectrum, reference.prefilter.sigma) if spectrum else np.zeros(2)
-    left = np.maximum(bias - aliased, 0.0)
-    return left * np.minimum(1.0, 2.0 * left / np.maximum(bias, _SHIFT * 1e-9)) - own / hessian
+    return (moved - sums.gradient[inside].sum(axis=0)) / hessian, own / hessian
 
 
 def _even(reference: TileReference, each: float) -> F64:

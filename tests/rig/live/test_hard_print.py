@@ -76,7 +76,7 @@ def test_a_touch_scatters_by_the_noise_of_its_own_motion(chain_and_twin, force):
     seen = np.array([[*each.xy[0], each.force[0]] for each in found])
     z = (seen - seen.mean(axis=0)) / np.sqrt(np.diag(noise))
     assert np.sqrt((z**2).sum() / (z.size - 3)) == pytest.approx(1.0, abs=0.25)
-    assert abs(seen[:, 2].mean() - force) < 2.0 * np.sqrt(known[2, 2])
+    assert abs(seen[:, 2].mean() - force) < 3.0 * np.sqrt(known[2, 2])
     aliased = known[0, 0] / noise[0, 0]
     assert aliased < 0.05 if force == 1.0 else aliased > 0.1
 
