@@ -43,9 +43,9 @@ def with_motion_errors(estimate: Estimate, errors: MotionErrors) -> Estimate:
         By the noise of any motion.
     errors : MotionErrors
     """
-    if errors == OF_PIXELS or not estimate.count:
-        return estimate
     covariance, known = estimate.covariance, estimate.systematic
+    if errors == OF_PIXELS or not estimate.count or not np.isfinite(covariance).all():
+        return estimate
     systematic = np.zeros_like(covariance) if known is None else known
     noise = covariance - systematic
     larger = np.kron(errors.gain * estimate.force, [0.0, 0.0, 1.0])

@@ -40,3 +40,8 @@ def test_without_aliasing_nothing_changes():
     assert models.with_motion_errors(given, models.OF_PIXELS) is given
     nothing = replace(given, xy=np.empty((0, 2)), force=np.empty(0), covariance=np.empty((0, 0)))
     assert models.with_motion_errors(nothing, models.MotionErrors(0.5, 0.1)) is nothing
+
+
+def test_what_cannot_be_known_stays_unknown():
+    given = replace(estimate(None), covariance=np.full((3, 3), np.inf))
+    assert models.with_motion_errors(given, models.MotionErrors(0.5, 0.0)) is given
