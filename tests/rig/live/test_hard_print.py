@@ -9,9 +9,8 @@ import fe
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.chain import at_rest
-from rig.live.frame_estimate import estimate_frame
 from rig.live.quality import signs
-from rig.live.reported import reported
+from rig.live.reported import report_frame
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
@@ -34,7 +33,7 @@ def chain_and_twin(small):
 
 
 def seen_in(chain, image):
-    return reported(chain, estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic)))
+    return report_frame(chain, None, image, at_rest(chain), Stopwatch(time.monotonic))
 
 
 def estimates(chain, twin):
