@@ -8,7 +8,8 @@ import pytest
 import fe
 import models
 import synthetic
-from dic.tiles.tiles import TileReference, prepare_tiles, tile_sums
+from dic.tiles.preparation import prepare_tiles
+from dic.tiles.tiles import TileReference, tile_sums
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NOISE = 2.0  # grey levels

@@ -6,7 +6,8 @@ import pytest
 import fe
 import models
 import synthetic
-from dic.tiles.tiles import prepare_tiles, tile_sums
+from dic.tiles.preparation import prepare_tiles
+from dic.tiles.tiles import tile_sums
 from models import Result
 from models.inverse import solver
 

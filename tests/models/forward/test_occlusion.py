@@ -6,7 +6,8 @@ from scipy import ndimage
 
 import models
 import synthetic
-from dic.tiles.tiles import prepare_tiles, tile_sums
+from dic.tiles.preparation import prepare_tiles
+from dic.tiles.tiles import tile_sums
 from models import Result
 
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`

@@ -10,7 +10,8 @@ from hypothesis import given, settings, strategies as st
 import fe
 import models
 import synthetic
-from dic.tiles.tiles import TileSums, lay_tiles, prepare_tiles, tile_sums
+from dic.tiles.preparation import prepare_tiles
+from dic.tiles.tiles import TileSums, lay_tiles, tile_sums
 from models.forward.tile_pattern import noise_from_sums
 
 TOP = 0.5  # mm, half the thickness of the plate
