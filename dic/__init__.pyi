@@ -66,6 +66,10 @@ from .settings import (
     speckle_size as speckle_size,
     sub_pixel_bias as sub_pixel_bias,
 )
+from .tiles.aliasing import (
+    aliasing_left as aliasing_left,
+    gain_left as gain_left,
+)
 from .tiles.preparation import prepare_tiles as prepare_tiles
 from .tiles.smooth_gradient import tile_prefilter as tile_prefilter
 from .tiles.tile_field import (
@@ -78,8 +82,6 @@ from .tiles.tiles import (
     TileReference as TileReference,
     Tiles as Tiles,
     TileSums as TileSums,
-    aliasing_left as aliasing_left,
-    gain_left as gain_left,
     lay_tiles as lay_tiles,
     tile_sums as tile_sums,
     unbiased_gradient as unbiased_gradient,

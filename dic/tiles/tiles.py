@@ -190,26 +190,6 @@ def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
     return Tiles(size, origin, (rows, columns))
 
 
-def aliasing_left(flow: F64) -> float:
-    """Give the variance that aliasing leaves of motions (n, 2) px, over that of any motion.
-
-    A wave that is folded back turns against the pattern: of a motion u it leaves sin²(πu) along
-    each axis, and nothing of a pixel or of none. Tiles count by the square of their motion.
-    """
-    weight = np.square(flow).sum(axis=1)
-    left = np.square(np.sin(np.pi * flow)).sum(axis=1)
-    return float(weight @ left / max(float(weight.sum()), 1e-30))
-
-
-def gain_left(flow: F64) -> float:
-    """Give the part by which motions (n, 2) px are measured too large, over that of small ones.
-
-    Of a motion u a gain g of small ones leaves g sin(2πu)/2π. Tiles count as in `aliasing_left`.
-    """
-    left = flow * np.sin(2.0 * np.pi * flow) / (2.0 * np.pi)
-    return float(left.sum() / max(float(np.square(flow).sum()), 1e-30))
-
-
 def tile_sums(
     reference: TileReference,
     image: AnyArray,

@@ -136,6 +136,8 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "tile_gradient": {"blocks": "blocks", "sums": "sums"},
     "tile_displacement": {"blocks": "blocks", "sums": "sums", "noise": 2.0},
     "unbiased_gradient": {"reference": "tiles", "sums": "sums"},
+    "aliasing_left": {"flow": np.ones((4, 2))},
+    "gain_left": {"flow": np.ones((4, 2))},
 }  # fmt: skip
 
 
