@@ -49,19 +49,19 @@ class ReducedBasis(NamedTuple):
 
 
 def basis(
-    karman: Karman, states: Snapshots, parts: SnapshotParts, ways: Sequence[Symmetry]
+    karman: Karman, states: Snapshots, shapes: F64, ways: Sequence[Symmetry]
 ) -> ReducedBasis:
-    """Find the basis of some states, of the parts of their deflections, and of their copies.
+    """Find the basis of some states and of their copies, with `fixed_shapes` of them.
 
     The copies of one kind are gone before those of the next are made.
     """
-    shapes = _shapes(karman, parts, ways)
     drifts = _drifts(karman, states, ways)
     stresses, stretched = _stresses(karman, states, ways)
     return ReducedBasis(shapes, stresses, drifts, stretched)
 
 
-def _shapes(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry]) -> F64:
+def fixed_shapes(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry]) -> F64:
+    """Find shapes (2 nx + 2, 2 ny + 2, n) of w in the parts of states and of their copies."""
     parts = copied_parts(karman, parts, ways)
     stiffness, free = karman.stiffness, karman.linear.free
     linear = parts.linear @ leading(parts.linear.T @ (stiffness @ parts.linear), _LINEAR)
@@ -86,7 +86,9 @@ def _stresses(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> tu
     mixed = balanced(0.5 * (energy + energy.T), _STRESSES)
     stresses = np.zeros((*states.stress.shape[:3], mixed.shape[1]))
     for way, part in zip(ways, np.split(mixed, len(ways)), strict=True):
-        stresses += way.stresses(states.stress) @ part
+        # By components: all at once are as large as what is made.
+        for component, moved in zip(stresses, way.stresses(states.stress), strict=True):
+            component += moved @ part
     return stresses, float(np.linalg.norm(mixed.T @ energy, axis=0).max())
 
 

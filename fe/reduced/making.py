@@ -10,7 +10,7 @@ from fe.elements.mesh import Mesh, even_grid, mesh_for
 from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
-from fe.reduced.basis import ReducedBasis, at_nodes, basis, work_on_strain
+from fe.reduced.basis import ReducedBasis, at_nodes, basis, fixed_shapes, work_on_strain
 from fe.reduced.forms import form_steps, forms
 from fe.reduced.karman import Karman
 from fe.reduced.parallel import Steps
@@ -78,7 +78,8 @@ def _trained(
     karman = shapes.karman
     states = snapshots(karman, touches, progress)
     ways = symmetries(karman.plate, karman.mesh)
-    return basis(karman, states, split(shapes, states), ways)
+    fixed = fixed_shapes(karman, split(shapes, states), ways)
+    return basis(karman, states, fixed, ways)
 
 
 def _mesh(plate: Plate) -> Mesh:

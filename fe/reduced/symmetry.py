@@ -48,6 +48,8 @@ class Symmetry(NamedTuple):
 
     def displacements(self, plane: F64) -> F64:
         """Move unknowns (2, 2 nx + 2, 2 ny + 2, C) of u and v in the plane."""
+        if self == IDENTITY:
+            return plane
         u, v = plane[::-1] if self.exchange else plane
         signs = (-1.0 if mirrored else 1.0 for mirrored in self.mirror)
         return np.stack(

@@ -209,6 +209,8 @@ def copied(laid: Callable[[Symmetry], F64], ways: Sequence[Symmetry]) -> F64:
 
 def copied_parts(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry]) -> SnapshotParts:
     """Lay parts of deflections on the plate in every way in which it lies on itself."""
+    if len(ways) == 1:
+        return parts
     free = karman.linear.free
 
     def moved(vectors: F64) -> F64:
