@@ -48,9 +48,7 @@ class ReducedBasis(NamedTuple):
     stretched: float
 
 
-def basis(
-    karman: Karman, states: Snapshots, shapes: F64, ways: Sequence[Symmetry]
-) -> ReducedBasis:
+def basis(karman: Karman, states: Snapshots, shapes: F64, ways: Sequence[Symmetry]) -> ReducedBasis:
     """Find the basis of some states and of their copies, with `fixed_shapes` of them.
 
     The copies of one kind are gone before those of the next are made.

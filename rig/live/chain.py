@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import floor, log
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +30,10 @@ from rig.system.arrays import F64, Mask
 
 if TYPE_CHECKING:
     import models
+
+LEVELS = (
+    0.5**0.25
+)  # from one level of noise to the next: a search is blunter than it must be by 9 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,17 +73,38 @@ class Chain:
         """The whole pattern as a measurement."""
         return self.masked_models.pattern
 
-    def motion_errors(self, motion: F64, hidden: Mask) -> MotionErrors:
+    def motion_errors(self, motion: F64, hidden: Mask, level: float = 1.0) -> MotionErrors:
         """Say what a frame of this motion (K + R,) errs by, the hidden tiles (T,) aside.
 
-        A gain is that of presses as well, and Young's modulus of an inferred bench has it.
+        By the noise of any motion, or that of a `level` of it. A gain is that of presses as well,
+        and Young's modulus of an inferred bench has it.
         """
-        pixels = (self.pixel_noise / self.noise) ** 2
-        if pixels == 1.0:
+        if not self.aliases:
             return OF_PIXELS
-        flow = self.pattern.motions.flow(motion)[self.pattern.motions.on_plate & ~hidden]
+        pixels, flow = (self.pixel_noise / self.noise) ** 2, self._flow(motion, hidden)
         gain = 0.0 if self.estimator.bench else self.reference.gain_error * gain_left(flow)
-        return MotionErrors(pixels, (1.0 - pixels) * aliasing_left(flow), gain)
+        aliased = (1.0 - pixels) * aliasing_left(flow)
+        return MotionErrors(pixels / level**2, aliased / level**2, gain)
+
+    def level(self, motion: F64, hidden: Mask) -> float:
+        """Noise by which a frame of this motion (K + R,) is searched, over that of any motion.
+
+        Its own, up to the next of few levels, each of which has an estimator; at most 1.
+        """
+        if not self.aliases:
+            return 1.0
+        errors = self.motion_errors(motion, hidden)
+        own = min(errors.pixels + errors.aliased, 1.0) ** 0.5
+        return LEVELS ** floor(log(own, LEVELS) + 1e-9)
+
+    @property
+    def aliases(self) -> bool:
+        """Whether aliasing is a part of the noise."""
+        return self.pixel_noise != self.noise
+
+    def _flow(self, motion: F64, hidden: Mask) -> F64:
+        """Motion (n, 2) px of the tiles that see the plate."""
+        return self.pattern.motions.flow(motion)[self.pattern.motions.on_plate & ~hidden]
 
     @property
     def estimator(self) -> Estimator:

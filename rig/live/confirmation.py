@@ -30,8 +30,7 @@ def confirmed(chain: Chain, found: FrameEstimate, before: ChainState) -> FrameEs
     uncertain = estimate.result is Result.UNRESOLVABLE and estimate.count > known
     if not uncertain or found.measured is None:
         return found
-    _, estimator = chain.masked_models.for_mask(found.hidden)
-    fewer = estimator.fit_whitened(
-        found.measured, before.touches, count=known, left=found.state.memory.left
-    )
+    _, estimator = chain.masked_models.for_frame(found.hidden, found.level)
+    measured, left = found.measured / found.level, found.state.memory.left
+    fewer = estimator.fit_whitened(measured, before.touches, count=known, left=left)
     return replace(found, estimate=fewer)

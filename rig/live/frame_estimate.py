@@ -50,9 +50,12 @@ class FrameEstimate:
     from_pattern : Estimate or None
         Of the whole pattern, where a net estimates the touches.
     measured : (m,) float64 or None
-        The frame in units of its noise, as touches explain it; None where none can be estimated.
+        The frame in units of the noise of any motion, as touches explain it; None where none can
+        be estimated.
     start_reason : str
         Why the touch net proposed nothing and touches were searched for; empty where it did.
+    level : float
+        Noise by which touches were searched, over that of `measured`, see `Chain.level`.
     """
 
     estimate: Estimate
@@ -66,6 +69,7 @@ class FrameEstimate:
     from_pattern: Estimate | None = None
     measured: F64 | None = None
     start_reason: str = ""
+    level: float = 1.0
 
 
 def estimate_frame(
@@ -163,18 +167,20 @@ def _at_equilibrium(
 ) -> FrameEstimate:
     """Find the touches that explain a frame of a plate that follows them at once."""
     with watch.stage("estimate"):
-        pattern, estimator = chain.masked_models.for_mask(seen.hidden)
+        level = chain.level(seen.motion, seen.hidden)
+        pattern, estimator = chain.masked_models.for_frame(seen.hidden, level)
         rest = state.rest
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
         begun, why = begin(chain.start, measured, state.touches, seen.hidden)
-        estimate, memory = fitted(estimator, measured, begun, state.memory)
+        clear = measured / level
+        estimate, memory = fitted(estimator, clear, begun, state.memory)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         untouched = not estimate.count and is_consistent(estimate)
         if drift and untouched and seen.hidden_fraction <= SLIGHT:
-            crept = estimator.without_memory(measured, memory.left)
-            rest = update_drift(rest, pattern, crept, chain.noise, drift)
+            crept = estimator.without_memory(clear, memory.left)
+            rest = update_drift(rest, pattern, crept, level * chain.noise, drift)
     after = replace(state, motion=motion, rest=rest, touches=touches_of(estimate), memory=memory)
     return FrameEstimate(
         estimate,
@@ -185,6 +191,7 @@ def _at_equilibrium(
         after,
         measured=measured,
         start_reason=why,
+        level=level,
     )
 
 

@@ -40,14 +40,14 @@ def report_frame(
 def reported(chain: Chain, found: FrameEstimate) -> FrameEstimate:
     """Return a frame's estimate with intervals of uneven forces, or by the causes that it shows.
 
-    Its errors are those of the motion of the frame, no longer of any. See
+    Its errors are those of the motion of the frame, not of its level. See
     `Estimator.with_force_intervals`, `Estimator.by_relevance` and `models.with_motion_errors`.
     """
     if found.measured is None or not found.estimate.count:
         return found
-    _, estimator = chain.masked_models.for_mask(found.hidden)
-    left = found.state.memory.left
-    estimate = estimator.with_force_intervals(found.estimate, found.measured, left)
-    estimate = estimator.by_relevance(estimate, found.measured, left)
-    errors = chain.motion_errors(found.state.motion, found.hidden)
+    _, estimator = chain.masked_models.for_frame(found.hidden, found.level)
+    measured, left = found.measured / found.level, found.state.memory.left
+    estimate = estimator.with_force_intervals(found.estimate, measured, left)
+    estimate = estimator.by_relevance(estimate, measured, left)
+    errors = chain.motion_errors(found.state.motion, found.hidden, found.level)
     return replace(found, estimate=with_motion_errors(estimate, errors))

@@ -21,7 +21,7 @@ COARSE = 512  # px, longer side of the images in which a jump is looked for: rig
 
 
 class MaskedModels:
-    """Pattern and estimator for the visible tiles; those for the last mask are kept.
+    """Pattern and estimators for the visible tiles; those for the last mask are kept.
 
     What hides a part of the pattern mostly stays there for many frames.
 
@@ -35,7 +35,8 @@ class MaskedModels:
 
     def __init__(self, pattern: TilePattern, estimator: Estimator, noise: float):
         self.pattern, self.estimator, self._noise = pattern, estimator, noise
-        self._pattern, self._last = pattern, (pattern, estimator)
+        self._pattern, self._whole = pattern, {1.0: estimator}
+        self._behind: tuple[TilePattern, dict[float, Estimator]] = pattern, {}
         # Each candidate is one row of amplitudes, whatever is hidden: response = A L / noise.
         response = noise * estimator.candidates.response
         shown = solve_triangular(pattern.factor, response.T, lower=True, trans=1)
@@ -57,15 +58,24 @@ class MaskedModels:
 
     def for_mask(self, hidden: Mask) -> tuple[TilePattern, Estimator]:
         """Leave tiles (T,) out of the pattern and of the estimator of its touches; see above."""
-        if not hidden.any():
-            return self.pattern, self.estimator
-        if not np.array_equal(hidden, self._last[0].hidden):
-            pattern = self.pattern_for(hidden)
-            forward = pattern.forward(self._noise)
-            response = self._amplitudes @ (pattern.factor / self._noise)
-            grid = replace(self.estimator.candidates, forward=forward, response=response)
-            self._last = pattern, replace(self.estimator, forward=forward, grid=grid)
-        return self._last
+        return self.for_frame(hidden, 1.0)
+
+    def for_frame(self, hidden: Mask, level: float) -> tuple[TilePattern, Estimator]:
+        """Leave tiles (T,) out, for frames whose noise is a `level` of that of any motion."""
+        pattern = self.pattern_for(hidden)
+        if pattern not in (self.pattern, self._behind[0]):
+            self._behind = pattern, {}
+        kept = self._whole if pattern is self.pattern else self._behind[1]
+        if level not in kept:
+            kept[level] = self._estimator(pattern, level * self._noise)
+        return pattern, kept[level]
+
+    def _estimator(self, pattern: TilePattern, noise: float) -> Estimator:
+        """Estimator of the touches of a pattern in frames of such a noise."""
+        forward = pattern.forward(noise)
+        response = self._amplitudes @ (pattern.factor / noise)
+        grid = replace(self.estimator.candidates, forward=forward, response=response)
+        return replace(self.estimator, forward=forward, grid=grid)
 
 
 def unusable_reason(reference: TileReference, sums: TileSums, visible: Mask, hidden: float) -> str:

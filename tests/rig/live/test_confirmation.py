@@ -16,7 +16,7 @@ GAUGES = np.array([[x, y] for x in (15.0, 60.0, 105.0) for y in (15.0, 40.0, 65.
 SIGMA = 1e-6
 FORWARD = models.gauge_forward(fe.influence(PLATE, GAUGES), SIGMA)
 ESTIMATOR = models.Estimator(FORWARD)
-CHAIN = SimpleNamespace(masked_models=SimpleNamespace(for_mask=lambda hidden: (None, ESTIMATOR)))
+CHAIN = SimpleNamespace(masked_models=SimpleNamespace(for_frame=lambda *seen: (None, ESTIMATOR)))
 NONE = np.empty((0, 3))
 
 

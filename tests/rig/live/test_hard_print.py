@@ -80,6 +80,30 @@ def test_a_touch_scatters_by_the_noise_of_its_own_motion(chain_and_twin, force):
     assert aliased < 0.05 if force == 1.0 else aliased > 0.1
 
 
+def test_a_weak_touch_is_found_by_the_noise_of_its_own_motion(chain_and_twin):
+    """By that of any motion, thrice as large, the plate would have to be pressed by 3 N."""
+    chain, twin = chain_and_twin(HARD | {"dic.prefilter": 0.0})
+    assert chain.noise > 2.0 * chain.pixel_noise
+    draw, found = np.random.default_rng(5), []
+    for k in range(24):
+        touch = fe.Touch(*draw.uniform(40.0, 160.0, 2), force=1.0)
+        seen = seen_in(chain, twin.frame(100 + k, (touch,)))
+        assert seen.level < 0.5
+        found.append(seen.estimate.count)
+    assert max(found) == 1
+    assert sum(found) > 16
+
+
+def test_nothing_is_found_on_a_hard_print_at_rest_and_its_noise_is_as_it_is_stated(chain_and_twin):
+    chain, twin = chain_and_twin(HARD | {"dic.prefilter": 0.0})
+    seen = [seen_in(chain, twin.frame(20 + k, ())) for k in range(40)]
+    assert not any(each.estimate.count for each in seen)
+    assert all(each.level < 0.5 for each in seen)
+    p = np.array([each.estimate.p_value for each in seen])
+    assert p.min() > 1e-3
+    assert np.median(p) < 0.99
+
+
 @pytest.mark.parametrize(
     ("overrides", "sigma"),
     [({}, 0.0), (HARD, 0.8), (HARD | {"dic.prefilter": "1.2 px"}, 1.2)],
@@ -93,3 +117,4 @@ def test_the_filter_is_chosen_or_set_and_stands_with_the_pattern(chain_and_twin,
     assert (f"Gaussian of {sigma:g} px" in sign.says) == (sigma > 0)
     if not sigma:
         assert chain.noise == chain.pixel_noise
+        assert frame_estimate.level == 1.0

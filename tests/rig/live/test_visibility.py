@@ -188,3 +188,22 @@ def test_a_camera_that_is_shaken_loses_no_frame(small, watch, rng):
         assert not found.unusable_reason
         counts.append(found.estimate.count)
     assert set(counts) == {1}
+
+
+def test_models_for_frames_of_less_noise_are_those_of_a_plate_seen_more_clearly(rig):
+    """What is left out and how loud a frame is do not get into each other's way."""
+    models, bare = rig.chain.masked_models, np.zeros(len(rig.chain.reference.hessian), bool)
+    hidden = bare.copy()
+    hidden[: len(hidden) // 5] = True
+    touches = np.array([[150.0, 90.0, 2.0]])
+    for mask in (hidden, bare, hidden):
+        pattern, loud = models.for_frame(mask, 1.0)
+        same, clear = models.for_frame(mask, 0.5)
+        assert same is pattern
+        assert np.array_equal(pattern.hidden, mask)
+        assert models.for_frame(mask, 0.5)[1] is clear
+        seen = loud.forward.read(touches)[0]
+        assert clear.forward.read(touches)[0] == pytest.approx(2.0 * seen)
+        rows = loud.candidates.response
+        assert clear.candidates.response == pytest.approx(2.0 * rows, abs=1e-6 * abs(rows).max())
+    assert models.for_frame(bare, 1.0)[1] is models.estimator
