@@ -8,7 +8,7 @@ import pytest
 import fe
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.chain import at_rest
+from rig.live.chain import LEVELS, at_rest
 from rig.live.quality import signs
 from rig.live.reported import report_frame
 from rig.sources.twin import build_twin
@@ -92,6 +92,22 @@ def test_a_weak_touch_is_found_by_the_noise_of_its_own_motion(chain_and_twin):
         found.append(seen.estimate.count)
     assert max(found) == 1
     assert sum(found) > 16
+
+
+def test_a_frame_is_searched_by_no_less_than_its_noise_and_by_a_fifth_more_at_most(chain_and_twin):
+    chain, _ = chain_and_twin(HARD | {"dic.prefilter": 0.0})
+    bare = np.zeros(len(chain.reference.hessian), bool)
+    levels = []
+    for shift in (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.8, 1.0):
+        motion = chain.pattern.still()
+        motion[chain.pattern.count :][0] = shift
+        levels.append(chain.level(motion, bare))
+        errors = chain.motion_errors(motion, bare, levels[-1])
+        assert errors.pixels + errors.aliased > LEVELS**2 - 1e-9
+        assert errors.pixels + errors.aliased < 1.0 + 1e-9 or levels[-1] == 1.0
+    assert levels[0] == levels[-1] < 0.5
+    assert levels[5] == 1.0
+    assert levels[:6] == sorted(levels[:6])
 
 
 def test_nothing_is_found_on_a_hard_print_at_rest_and_its_noise_is_as_it_is_stated(chain_and_twin):
