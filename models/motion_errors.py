@@ -13,7 +13,8 @@ from models.estimate import Estimate
 class MotionErrors:
     """Errors of a frame, by the noise for which it is whitened.
 
-    That holds for any motion: what aliasing leaves of half a pixel is not there while less moves.
+    Where that holds for any motion, what aliasing leaves of half a pixel is in it, which is not
+    there while less moves.
 
     Attributes
     ----------
@@ -40,7 +41,7 @@ def with_motion_errors(estimate: Estimate, errors: MotionErrors) -> Estimate:
     Parameters
     ----------
     estimate : Estimate
-        By the noise of any motion.
+        By the noise that the errors are over.
     errors : MotionErrors
     """
     covariance, known = estimate.covariance, estimate.systematic

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dic.numbers import F64, read_array
+from dic.arrays import F64
+from dic.numbers import read_array
 
 
 def aliasing_left(flow: F64) -> float:

@@ -31,9 +31,7 @@ from rig.system.arrays import F64, Mask
 if TYPE_CHECKING:
     import models
 
-LEVELS = (
-    0.5**0.25
-)  # from one level of noise to the next: a search is blunter than it must be by 9 %
+LEVELS = 0.5**0.25  # from one level of noise to the next: a search is a fifth too blunt at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +79,7 @@ class Chain:
         """
         if not self.aliases:
             return OF_PIXELS
-        pixels, flow = (self.pixel_noise / self.noise) ** 2, self._flow(motion, hidden)
+        pixels, flow = self._pixels, self._flow(motion, hidden)
         gain = 0.0 if self.estimator.bench else self.reference.gain_error * gain_left(flow)
         aliased = (1.0 - pixels) * aliasing_left(flow)
         return MotionErrors(pixels / level**2, aliased / level**2, gain)
@@ -89,18 +87,23 @@ class Chain:
     def level(self, motion: F64, hidden: Mask) -> float:
         """Noise by which a frame of this motion (K + R,) is searched, over that of any motion.
 
-        Its own, up to the next of few levels, each of which has an estimator; at most 1.
+        Its own, up to the next of few levels, each of which has an estimator.
         """
         if not self.aliases:
             return 1.0
-        errors = self.motion_errors(motion, hidden)
-        own = min(errors.pixels + errors.aliased, 1.0) ** 0.5
-        return LEVELS ** floor(log(own, LEVELS) + 1e-9)
+        pixels = self._pixels
+        own = pixels + (1.0 - pixels) * aliasing_left(self._flow(motion, hidden))
+        return LEVELS ** floor(0.5 * log(own, LEVELS) + 1e-9)
 
     @property
     def aliases(self) -> bool:
         """Whether aliasing is a part of the noise."""
         return self.pixel_noise != self.noise
+
+    @property
+    def _pixels(self) -> float:
+        """Part of the variance of any motion that pixels make."""
+        return (self.pixel_noise / self.noise) ** 2
 
     def _flow(self, motion: F64, hidden: Mask) -> F64:
         """Motion (n, 2) px of the tiles that see the plate."""

@@ -35,7 +35,7 @@ class MaskedModels:
 
     def __init__(self, pattern: TilePattern, estimator: Estimator, noise: float):
         self.pattern, self.estimator, self._noise = pattern, estimator, noise
-        self._pattern, self._whole = pattern, {1.0: estimator}
+        self._whole = {1.0: estimator}
         self._behind: tuple[TilePattern, dict[float, Estimator]] = pattern, {}
         # Each candidate is one row of amplitudes, whatever is hidden: response = A L / noise.
         response = noise * estimator.candidates.response
@@ -52,9 +52,9 @@ class MaskedModels:
         """
         if not hidden.any():
             return self.pattern
-        if not np.array_equal(hidden, self._pattern.hidden):
-            self._pattern = self.pattern.hiding(hidden)
-        return self._pattern
+        if not np.array_equal(hidden, self._behind[0].hidden):
+            self._behind = self.pattern.hiding(hidden), {}
+        return self._behind[0]
 
     def for_mask(self, hidden: Mask) -> tuple[TilePattern, Estimator]:
         """Leave tiles (T,) out of the pattern and of the estimator of its touches; see above."""
@@ -63,8 +63,6 @@ class MaskedModels:
     def for_frame(self, hidden: Mask, level: float) -> tuple[TilePattern, Estimator]:
         """Leave tiles (T,) out, for frames whose noise is a `level` of that of any motion."""
         pattern = self.pattern_for(hidden)
-        if pattern not in (self.pattern, self._behind[0]):
-            self._behind = pattern, {}
         kept = self._whole if pattern is self.pattern else self._behind[1]
         if level not in kept:
             kept[level] = self._estimator(pattern, level * self._noise)
