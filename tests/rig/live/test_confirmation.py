@@ -71,10 +71,13 @@ def test_beside_a_touch_that_is_held_only_the_new_one_waits():
     np.testing.assert_allclose(first.estimate.xy, both[:1, :2], atol=0.5)
 
 
-def test_an_uncertain_touch_far_from_one_that_has_lifted_waits_and_one_that_goes_on_does_not(weak):
-    """A finger that moved on unseen leaves a trace far from where it pressed last."""
-    far, near = np.array([[15.0, 15.0, 2.0]]), weak.state.touches + np.array([6.0, 0.0, 2.0])
-    assert confirmed(CHAIN, weak, state_of(far)).estimate.count == 0
+def test_what_a_finger_may_have_left_far_from_where_it_pressed_waits(weak):
+    """It moved on and lifted while no frame was taken; a touch as strong as it was may be one."""
+    force = weak.state.touches[0, 2]
+    strong, alike = (np.array([[15.0, 15.0, times * force]]) for times in (100.0, 2.0))
+    assert confirmed(CHAIN, weak, state_of(strong)).estimate.count == 0
+    assert confirmed(CHAIN, weak, state_of(alike)) is weak
+    near = weak.state.touches + np.array([6.0, 0.0, 99.0 * force])
     assert confirmed(CHAIN, weak, state_of(near)) is weak
 
 
