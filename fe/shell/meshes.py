@@ -14,12 +14,14 @@ from fe.plate.plate import Plate, Touch
 _SIDE = 40
 # Part of the shorter side that a rim along an edge takes; its elements are as long as 40 equal
 # ones. At w/h 2 equal ones leave the strain of a clamp off by 0.09 % on 40 across, 0.14 % on
-# 34, 0.22 % on 28 and 0.7 % on 16; six in the rim by 0.09 %, eight by 0.04 %.
-_RIM = 0.15
-_RIM_ELEMENTS = 6
+# 34, 0.22 % on 28 and 0.7 % on 16; nine in the rim by 0.09 %, twelve by 0.04 %. Two thirds of
+# nine are the fewest that a run may have: on those the error of the mesh is found.
+_RIM = 0.225
+_RIM_ELEMENTS = 9
+_INNER = 10  # at least
 # Fewer equal ones across get a finer rim, and more elements in all.
 _FEW = 28
-_RIM_OF_FEW = 8
+_RIM_OF_FEW = 12
 
 # Where touches are known. Strains err by 8e-4 of the largest at a twentieth of the shorter side
 # from a touch and beyond (study `plates.aspect`).
@@ -43,20 +45,13 @@ def shell_mesh(plate: Plate) -> Mesh:
     across = min(even.counts)
     if across >= _SIDE or plate.patches:
         return even
-    if across >= _FEW:
-        inner = [count - 2 * _RIM_ELEMENTS for count in even.counts]
-        return _rimmed(plate, inner, _RIM_ELEMENTS)
-    inner = [
-        max(2 * round(0.5 * count * (1.0 - 2.0 * _RIM * min(plate.size) / side)), _RIM_OF_FEW)
+    rim, elements = _RIM * min(plate.size), _RIM_ELEMENTS if across >= _FEW else _RIM_OF_FEW
+    inner = (
+        max(2 * round(0.5 * count * (1.0 - 2.0 * rim / side)), _INNER)
         for count, side in zip(even.counts, plate.size, strict=True)
-    ]
-    return _rimmed(plate, inner, _RIM_OF_FEW)
-
-
-def _rimmed(plate: Plate, inner: list[int], elements: int) -> Mesh:
-    """Return a grid of inner elements along x and along y, with so many in a rim at each edge."""
-    rim, (a, b) = _RIM * min(plate.size), plate.size
+    )
     x, y = ((elements, count, elements) for count in inner)
+    a, b = plate.size
     return Mesh(plate.size, (sum(x), sum(y)), ((rim, a - rim), (rim, b - rim)), (x, y))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from models.arrays import F64, Mask
 from models.dynamics.follow import About, ExposedFrame, Followed, averaged, follow
 from models.dynamics.landing import Landing
-from models.dynamics.vibration import FORCE, Vibration
+from models.dynamics.vibration import FORCE, REMEMBERED, Vibration
 
 AGILITIES = (20.0, 100.0, 500.0, 2500.0, 12500.0)
 """N/s per √s, by which the rate of a force changes: of a slow press up to a hard tap."""
@@ -103,12 +103,12 @@ def advance(bank: Bank, view: ExposedFrame) -> tuple[Bank, Followed]:
     """Pass a frame, and those since a landing again as its place becomes known."""
     members, followed = _passed(bank.members, view)
     if not bank.since:
-        return Bank(_level(members), (), (), bank.members, view), followed
+        return Bank(_kept(members, (view,)), (), (), bank.members, view), followed
     since = (*bank.since, view)
     alive = {one.agility for one in bank.members}
     begun = tuple(one for one in bank.begun if one.agility in alive)
     rounds = _rounds(begun, since, _abouts(followed, since))
-    members = _level(rounds.members)
+    members = _kept(rounds.members, since)
     if len(since) < LANDING_FRAMES:
         return Bank(members, since, begun, rounds.before, view), rounds.followed
     return Bank(members, (), (), rounds.before, view), rounds.followed
@@ -135,7 +135,7 @@ def land(
     worth = _WORTH + 0.5 * _MODEL_ERROR**2 * energy
     if rounds.members[0].likelihood - without[0].likelihood < worth:
         return None
-    known = Bank(_level(rounds.members), views, begun, rounds.before, views[-1])
+    known = Bank(_kept(rounds.members, views), views, begun, rounds.before, views[-1])
     return known, rounds.followed
 
 
@@ -147,10 +147,18 @@ class _Rounds(NamedTuple):
     followed: Followed
 
 
-def _level(members: tuple[Member, ...]) -> tuple[Member, ...]:
-    """Let the likeliest have a likelihood of one."""
-    best = members[0].likelihood
-    return tuple(replace(one, likelihood=one.likelihood - best) for one in members)
+def _kept(members: tuple[Member, ...], since: tuple[ExposedFrame, ...]) -> tuple[Member, ...]:
+    """Let the likeliest have a likelihood of one, and forget forces of long ago.
+
+    Those of frames that may be passed again are kept, however far apart the frames are.
+    """
+    best, first = members[0].likelihood, since[0]
+    begins = first.time - float(first.span.steps.sum())
+    earliest = min(begins, since[-1].time - REMEMBERED)
+    return tuple(
+        replace(one, likelihood=one.likelihood - best, vibration=one.vibration.recent(earliest))
+        for one in members
+    )
 
 
 def _rounds(

@@ -18,7 +18,7 @@ from models.arrays import F64
 from models.dynamics.expected import Expected, expect
 from models.dynamics.oscillators import Span
 from models.dynamics.seeing import Seeing, TouchTangent
-from models.dynamics.vibration import REMEMBERED, Vibration
+from models.dynamics.vibration import Vibration
 
 # How fast a finger moves that stays and that slides, mm/s, and how much likelier what is seen must
 # be by a slide: odds of 1 in 50.
@@ -184,7 +184,7 @@ def _corrected(
     times = view.time - view.span.steps.sum() + np.cumsum(view.span.steps)
     known = replace(end, times=np.concatenate([before.times, times]))
     return Followed(
-        known.recent(view.time - REMEMBERED),
+        known,
         expected.amplitudes + expected.amplitude_factor @ step,
         knots @ weights,
         np.concatenate([end.touch_factor[:, :2], by_force[:, None]], axis=1),

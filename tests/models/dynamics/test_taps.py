@@ -186,3 +186,13 @@ def test_a_plate_that_hardly_rings_teaches_nothing(bench):
         models.learn_damping(dynamics, bench.seeing, quiet, 0.1 * np.arange(9), EXPOSURE)
     with pytest.raises(ValueError, match="4 frames"):
         models.learn_damping(dynamics, bench.seeing, quiet[:3], 0.1 * np.arange(3), EXPOSURE)
+
+
+@pytest.mark.parametrize("missing", [range(6, 15), range(4, 26), range(3, 60, 3)])
+def test_frames_may_be_missing_after_a_landing(bench, missing):
+    """Longer than forces are kept for: the frames since a landing are passed again all the same."""
+    frames = bench.frames((90.0, 110.0), lambda time: 0.8 * (time > 0.1), 30.0, 2.2)
+    seen = [frame for number, frame in enumerate(frames) if number not in missing]
+    *_, (_, _, found, _) = bench.follow(seen)
+    assert found.count == 1
+    assert found.force[0] == pytest.approx(0.8, rel=0.02)
