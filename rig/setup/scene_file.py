@@ -18,6 +18,7 @@ SQUARES, MARKER = (11, 8), 0.75  # of the board, and the side of a marker over t
 COVERED = 0.9  # of the plate's sides that the board takes at the utmost
 REFERENCE = 64  # frames: a weight that lies still is averaged over as many, and none is wasted
 LIGHTEST = 0.1  # of the largest force, that the smallest one is
+FRICTION = 0.2  # of a dry finger: what it pulls along the plate over what it presses into it
 
 EDGES = {
     "clamped": 'edges.kind = "clamped"',
@@ -96,6 +97,7 @@ def scene_text(answers: Answers, rehearsal: bool = False) -> str:
         "[touches]",
         "max_touches = 2",
         f'force = ["{LIGHTEST * answers.force:g} N", "{answers.force:g} N"]',
+        f"friction = {FRICTION:g}   # of a dry finger",
         "",
         "# What holds until lens and pose are calibrated.",
         "[camera]",
