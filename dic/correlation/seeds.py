@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import heapq
-from typing import cast
+from typing import NamedTuple, cast
 
 import cv2
 import numpy as np
 
 from dic.arrays import F32, F64, I64, AnyArray, Mask
 
-_TEMPLATE = 41  # px, large enough to be unique, small enough to survive 5° of rotation
 _REACH = (3, 10, 24)  # px searched around what the neighbour says, then wider
-_FOUND = 0.6  # ZNCC from which a match is believed
 _TRIES = 8  # blind searches over the whole image that may fail
 _LINKS = 8  # neighbours of a seed
 _PERIOD = 130  # px, the longest that is looked for
@@ -21,7 +19,25 @@ _STARTS = 4  # places that look like others before the pattern is said to repeat
 _BESIDE = 3.0  # px, a neighbour farther than this from the plane of all is a false match
 
 
-def find(reference: F32, deformed: F32, xy: F64) -> tuple[F64, Mask, bool]:
+class Template(NamedTuple):
+    """Side of what is searched for, px, and the ZNCC from which a match is believed."""
+
+    side: int
+    believed: float
+
+
+USUAL = Template(41, 0.6)
+"""Large enough to be unique, small enough to survive 5° of rotation."""
+
+
+def wide(side: int) -> Template:
+    """Template for a dim pattern: false matches score less the more pixels a template has."""
+    return Template(side, USUAL.believed * USUAL.side / side)
+
+
+def find(
+    reference: F32, deformed: F32, xy: F64, template: Template = USUAL
+) -> tuple[F64, Mask, bool]:
     """Find the motion of scattered places, most reliable first.
 
     The first place is searched over the whole image, every other one near its best neighbour: the
@@ -31,6 +47,7 @@ def find(reference: F32, deformed: F32, xy: F64) -> tuple[F64, Mask, bool]:
     ----------
     reference, deformed : (H, W) float32, grey levels
     xy : (S, 2), px
+    template : Template
 
     Returns
     -------
@@ -56,14 +73,15 @@ def find(reference: F32, deformed: F32, xy: F64) -> tuple[F64, Mask, bool]:
         if missed == _TRIES:
             break
         guess = shift[found].mean(axis=0) if found.any() else np.zeros(2)
-        match = _search(reference, deformed, xy[start], guess, (_REACH[-1], whole))
-        if match[1] >= _FOUND and not found.any() and _repeats(reference, xy[start]):
+        match = _search(reference, deformed, xy[start], guess, (_REACH[-1], whole), template)
+        if match[1] >= template.believed and not found.any() and _repeats(reference, xy[start]):
             again += 1
             if again == _STARTS:
                 return np.zeros((len(xy), 2, 3)), found, True
-        elif match[1] >= _FOUND:
+        elif match[1] >= template.believed:
             shift[start], found[start], pending[start] = match[0], True, False
-            _grow(reference, deformed, xy, links, (start, match[1]), (shift, found, pending))
+            state = shift, found, pending
+            _grow(reference, deformed, xy, links, (start, match[1]), state, template)
         else:
             missed += 1
     return _with_gradients(xy, shift, found, links), found, not found.any() and again > 0
@@ -74,11 +92,11 @@ def _repeats(reference: F32, xy: F64) -> bool:
 
     At half the resolution, for there a period that is no whole number of px fits as well.
     """
-    reach = _TEMPLATE // 2 + _PERIOD
+    reach = USUAL.side // 2 + _PERIOD
     left, top = round(xy[0]) - reach, round(xy[1]) - reach
     around = reference[max(top, 0) : top + 2 * reach + 1, max(left, 0) : left + 2 * reach + 1]
     small = cv2.resize(around, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-    size = min(_TEMPLATE // 2, *small.shape)
+    size = min(USUAL.side // 2, *small.shape)
     x = _within((xy[0] - max(left, 0)) / 2 - size // 2, small.shape[1] - size)
     y = _within((xy[1] - max(top, 0)) / 2 - size // 2, small.shape[0] - size)
     template = np.ascontiguousarray(small[y : y + size, x : x + size])
@@ -102,6 +120,7 @@ def _grow(
     links: I64,
     start: tuple[int, float],
     state: tuple[F64, Mask, Mask],
+    template: Template,
 ) -> None:
     """Search the neighbours of what is found, best first, writing (shift, found, pending)."""
     shift, found, pending = state
@@ -112,32 +131,37 @@ def _grow(
             if not pending[there]:
                 continue
             pending[there] = False
-            place, score = _search(reference, deformed, xy[there], shift[here], _REACH)
-            if score >= _FOUND:
+            place, score = _search(reference, deformed, xy[there], shift[here], _REACH, template)
+            if score >= template.believed:
                 shift[there], found[there] = place, True
                 heapq.heappush(queue, (-score, there))
 
 
 def _search(
-    reference: F32, deformed: F32, xy: F64, guess: F64, reaches: tuple[int, ...]
+    reference: F32,
+    deformed: F32,
+    xy: F64,
+    guess: F64,
+    reaches: tuple[int, ...],
+    template: Template,
 ) -> tuple[F64, float]:
     """Best shift (2,) px around a guess and its ZNCC, widening the search until it is believed."""
     height, width = reference.shape
-    size = min(_TEMPLATE, height, width)
+    size = min(template.side, height, width)
     left = _within(xy[0] - size // 2, width - size)
     top = _within(xy[1] - size // 2, height - size)
-    template = reference[top : top + size, left : left + size]
+    sought = reference[top : top + size, left : left + size]
     place, score = np.asarray(guess, dtype=np.float64), -1.0
     for reach in reaches:
         x0, x1 = (_within(left + guess[0] + side, width - size) for side in (-reach, reach))
         y0, y1 = (_within(top + guess[1] + side, height - size) for side in (-reach, reach))
         searched = deformed[y0 : y1 + size, x0 : x1 + size]
-        scores = cv2.matchTemplate(searched, template, cv2.TM_CCOEFF_NORMED)
+        scores = cv2.matchTemplate(searched, sought, cv2.TM_CCOEFF_NORMED)
         _, score, _, (i, j) = cv2.minMaxLoc(scores)
         place = np.array(
             [x0 + i - left + _peak(scores[j], i), y0 + j - top + _peak(scores[:, i], j)]
         )
-        if score >= _FOUND:
+        if score >= template.believed:
             break
     return place, score
 

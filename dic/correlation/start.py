@@ -118,6 +118,11 @@ def _search(ref: Reference, image: AnyArray, usable: AnyArray):
         # Closer seeds find more where some are found; where none is, they find none either.
         if repeats or not found.any() or np.count_nonzero(found) >= _ENOUGH * len(places):
             break
+    few = np.count_nonzero(found) < _ENOUGH * len(places)
+    if not repeats and few and ref.subset > seeds.USUAL.side:
+        wide = seeds.find(ref.image, image, ref.xy[places], seeds.wide(ref.subset))
+        if wide[2] or np.count_nonzero(wide[1]) > np.count_nonzero(found):
+            motion, found, repeats = wide
     if not repeats and np.count_nonzero(found) < _TURNED * len(places):
         turn = features.affine(ref.image, image)
         if turn is not None:

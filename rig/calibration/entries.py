@@ -25,6 +25,7 @@ from rig.scene.quantity import LARGEST_SIDE, Count
 from rig.scene.section import Section
 
 LARGE = 1e9  # of any number for which nothing nearer is known
+NEAREST, FARTHEST = 1.0, 1e5  # mm from a camera to a plate
 FLAT = 1e-9  # of the largest number of a matrix, that counts as zero
 Number = Annotated[float, Field(ge=-LARGE, le=LARGE)]
 Spread = Annotated[float, Field(ge=0, le=LARGE)]
@@ -55,6 +56,22 @@ def _rigid(rows: Rows) -> Rows:
     turns = np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) and np.linalg.det(turn) > 0
     if not turns or not np.allclose(matrix[3], (0, 0, 0, 1), atol=1e-9):
         raise _refusal("a turn and a shift: a rotation of 3 × 3, and 0, 0, 0, 1 in the last row")
+    return rows
+
+
+def _before_camera(rows: Rows) -> Rows:
+    """Refuse a plate that lies behind or within a camera, or farther off than any."""
+    x, y, z = (row[3] for row in rows[:3])
+    if not (NEAREST <= z <= FARTHEST and max(abs(x), abs(y)) <= FARTHEST):
+        raise _refusal(f"a shift that puts the plate {NEAREST:g} to {FARTHEST:g} mm before it")
+    return rows
+
+
+def _sure_pose(rows: Rows) -> Rows:
+    """Refuse a covariance by which the plate could lie anywhere."""
+    turns, shifts = np.split(np.diag(np.array(rows)), 2)
+    if turns.max() > np.pi**2 or shifts.max() > FARTHEST**2:
+        raise _refusal(f"standard deviations up to π rad and {FARTHEST:g} mm")
     return rows
 
 
@@ -115,23 +132,45 @@ class LensEntry(Entry):
     """A lens."""
 
     size: tuple[Side, Side] = Field(description="width and height, px")
-    focal: float = Field(ge=1, le=1e7, description="focal length, px")
+    focal: float = Field(ge=1, le=1e6, description="focal length, px")
     sigma_focal: Spread = Field(description="its standard deviation, px")
     centre: tuple[Number, Number] = Field(description="principal point, px")
     distortion: tuple[Number, Number, Number, Number, Number] = Field(
         description="k1, k2, p1, p2, k3"
     )
 
+    @field_validator("sigma_focal")
+    @classmethod
+    def _known(cls, sigma: float, info: ValidationInfo) -> float:
+        if sigma > info.data.get("focal", LARGE):
+            raise _refusal("no more than the focal length itself")
+        return sigma
+
+    @field_validator("distortion")
+    @classmethod
+    def _keeps_corners(cls, distortion: Row, info: ValidationInfo) -> Row:
+        """Refuse a lens that would fold its image."""
+        if not {"size", "focal", "centre"} <= info.data.keys():
+            return distortion
+        ends = np.array([(0.0, 0.0), info.data["size"]])
+        x, y = np.abs(ends - info.data["centre"]).max(axis=0) / info.data["focal"]
+        k1, k2, p1, p2, k3 = distortion
+        square = float(x * x + y * y)
+        moved = abs(((k3 * square + k2) * square + k1) * square)
+        if moved + 3.0 * (abs(p1) + abs(p2)) * np.sqrt(square) > 1.0:
+            raise _refusal("numbers that move a corner of the image by less than it lies off")
+        return distortion
+
 
 class PoseEntry(Entry):
     """Where the plate lies before the camera; it holds for its lens alone."""
 
-    T_cam_plate: Annotated[Rows, AfterValidator(_shaped(4, 4)), AfterValidator(_rigid)] = Field(
-        description="from plate to camera, 4 × 4, mm"
-    )
-    covariance: Annotated[Rows, AfterValidator(_shaped(6, 6)), AfterValidator(_covariance)] = Field(
-        description="of turn, rad, and shift, mm, 6 × 6"
-    )
+    T_cam_plate: Annotated[
+        Rows, AfterValidator(_shaped(4, 4)), AfterValidator(_rigid), AfterValidator(_before_camera)
+    ] = Field(description="from plate to camera, 4 × 4, mm")
+    covariance: Annotated[
+        Rows, AfterValidator(_shaped(6, 6)), AfterValidator(_covariance), AfterValidator(_sure_pose)
+    ] = Field(description="of turn, rad, and shift, mm, 6 × 6")
 
 
 class ProjectorEntry(Entry):
@@ -157,6 +196,13 @@ class LatencyEntry(Entry):
 
     median: float = Field(ge=0, le=60, description="s")
     p95: float = Field(ge=0, le=60, description="s")
+
+    @field_validator("p95")
+    @classmethod
+    def _above(cls, p95: float, info: ValidationInfo) -> float:
+        if p95 < info.data.get("median", 0.0):
+            raise _refusal("no less than the median")
+        return p95
 
 
 class DampingEntry(Entry):

@@ -56,6 +56,7 @@ class ImageSequence:
         self._period, self._times = 1.0 / rate if rate else 0.0, times
         self._start: float | None = None
         self._number = 0
+        self._shape: tuple[int, ...] | None = None
 
     def read(self, timeout: float) -> Frame | None:
         """See `Device.read`."""
@@ -71,9 +72,19 @@ class ImageSequence:
         if image is None:
             raise EOFError(f"{self.name} has ended after {self._number} images")
         self._number += 1
+        self._check_shape(image.shape)
         read = self._clock()
         captured = due if self._period or self._times is not None else read
         return Frame(self._number - 1, captured, image, late=read - captured)
+
+    def _check_shape(self, shape: tuple[int, ...]) -> None:
+        self._shape = self._shape or shape
+        if shape != self._shape:
+            (rows, columns), (high, wide) = shape, self._shape
+            raise OSError(
+                f"image {self._number} of {self.name} has {columns} x {rows} px, those before have"
+                f" {wide} x {high}; leave it out"
+            )
 
     def _due(self) -> float:
         """Time of the next image from the first, s."""

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 from rig.calibration.guide import Guide, Progress
 from rig.calibration.results import Part
 from rig.calibration.store import Calibration
-from rig.commands.output import console
+from rig.commands.output import console, progress as shown
 from rig.live.view import View, empty_snapshot, plate_view
 from rig.page.controls import UNITS, PageControls, Wizard
 from rig.projector.markers import fit_plate
 from rig.scene import Scene
-from rig.system.frame import Frame
+from rig.system.frame import Frame, Preparing
 from rig.system.process import interruptible
 
 PATIENCE = 20.0  # s that the projector's window may take to open
@@ -42,6 +42,9 @@ def live(what: str, scene: Scene, known: Calibration, guide: Guide) -> Part:
         show = _window(what, scene, known, open_parts)
         reporter = _Reporter(what, scene, known, open_parts)
         source, _ = open_parts.enter_context(open_input(scene, console().print))
+        if isinstance(source, Preparing):
+            with shown("the twin's bench") as report:
+                source.prepare(report)
         return lead(guide, source, show, reporter.report, reporter.dropped)
 
 

@@ -8,12 +8,13 @@ from typing import Annotated
 import typer
 
 from rig.commands.run import known, live
+from rig.recording.paths import FOLDER
 
 
 def record(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
     name: Annotated[str, typer.Argument(help="Name of the recording, without folders.")],
-    folder: Annotated[Path, typer.Option(help="Folder of the recordings.")] = Path("recordings"),
+    folder: Annotated[Path, typer.Option(help="Folder of the recordings.")] = Path(FOLDER),
     frames: Annotated[
         int | None, typer.Option(min=1, help="Stop after so many frames, else by Ctrl-C.")
     ] = None,

@@ -89,8 +89,11 @@ def live(
     touches: Path | None = None,
     weight: float | None = None,
 ) -> None:
-    """Run the loop of a scene; the body of `run` and `record`."""
-    loop = None
+    """Run the loop of a scene; the body of `run` and `record`.
+
+    Where its source fails on the way, the figures of the frames before are given all the same.
+    """
+    loop, failure = None, None
     try:
         with ExitStack() as open_parts, interruptible():
             loop, sinks = start(scene, known.calibration, headless, record, open_parts)
@@ -110,8 +113,14 @@ def live(
         if loop is None or not loop.pace.frames:
             raise
         say("ended")
+    except OSError as error:
+        if loop is None or not loop.pace.frames:
+            raise
+        failure = error
     summary = loop.summary()
     emit(_table(summary), summary, as_json)
+    if failure:
+        raise failure
     recorded = summary["recorded"]
     if recorded and not recorded["complete"]:
         raise typer.Exit(1)

@@ -58,8 +58,8 @@ class Alarms:
         now = self._clock()
         self._standing = {kind: one for kind, one in self._standing.items() if one[1] >= now}
         for kind, sentence in self._reasons(snapshot, now):
-            alarm, _ = self._standing.get(kind, (Alarm(kind, snapshot.captured, sentence), now))
-            self._standing[kind] = alarm, now + STAYS
+            begun = self._standing[kind][0].time if kind in self._standing else snapshot.captured
+            self._standing[kind] = Alarm(kind, begun, sentence), now + STAYS
         return replace(snapshot, alarms=tuple(alarm for alarm, _ in self._standing.values()))
 
     def _reasons(self, snapshot: Snapshot, now: float) -> Iterator[tuple[str, str]]:

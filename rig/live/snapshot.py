@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import cos, hypot, sin
 from typing import TYPE_CHECKING
 
@@ -82,12 +82,12 @@ class Alarm:
     time : float, s
         Capture of the frame in which it began.
     sentence : str
-        What is so, and what to do.
+        What is so, and what to do. It follows the frames; the alarm stays the same one.
     """
 
     kind: str
     time: float
-    sentence: str
+    sentence: str = field(compare=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.page.controls import Recordings
-from rig.recording.paths import recordings
+from rig.recording.paths import recordings_at
 from rig.system.process import deaf_to_interrupts, leave_signals_to_the_loop
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class PlaybackPage:
 
     def look(self) -> None:
         """List the recordings that are there now, the newest first."""
-        self._names = recordings(self._folder)
+        self._names = recordings_at(self._folder)
 
     def play(self, name: str) -> None:
         """Open the page of a recording that is listed; `state` says when it is there.

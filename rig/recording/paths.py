@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 SUFFIX = ".h5"
+FOLDER = "recordings"  # where `touchplate record` writes to
 _NAME = re.compile(r"\w[\w .+-]{0,99}", re.ASCII)
 
 
@@ -30,6 +31,12 @@ def named(folder: Path, name: str) -> Path:
 def recordings(folder: Path) -> tuple[str, ...]:
     """Names of the recordings in a folder, the newest first."""
     return tuple(name for _, name in sorted(_dated(folder), reverse=True))
+
+
+def recordings_at(folder: Path) -> tuple[str, ...]:
+    """Names of the recordings in a folder and in its `FOLDER`, the newest first."""
+    below = ((date, f"{FOLDER}/{name}") for date, name in _dated(folder / FOLDER))
+    return tuple(name for _, name in sorted([*_dated(folder), *below], reverse=True))
 
 
 def _dated(folder: Path) -> Iterator[tuple[float, str]]:

@@ -63,6 +63,21 @@ def test_strong_noise_asks_for_a_filter_and_the_dim_image_is_measured(speckle):
     assert 0.8 <= np.sqrt(np.mean((off / spread) ** 2)) <= 1.15  # measured 0.95
 
 
+@pytest.mark.parametrize(("contrast", "noise"), [(2.0, 2.0), (20.0, 20.0), (10.0, 12.0)])
+def test_a_wide_subset_of_a_dim_image_is_found_without_a_guess(speckle, contrast, noise):
+    pattern, rng = speckle((260, 330), seed=8), np.random.default_rng(5)
+    spread = np.std(pattern.draw((0.0, 0.0)))
+    first, second = (
+        eight_bit(128 + contrast / spread * (pattern.draw(shift) - 128), noise, rng)
+        for shift in ((0.0, 0.0), (7.4, -3.3))
+    )
+    disp = dic.correlate(dic.prepare(first, subset=61, step=12), second)
+    inside = np.all(np.abs(disp.xy - pattern.middle) < np.array([130, 95]), axis=1)
+    assert disp.valid[inside].mean() >= 0.95
+    off = np.column_stack([disp.u - 7.4, disp.v + 3.3])[disp.valid]
+    assert np.median(np.hypot(*off.T)) <= 0.15
+
+
 def test_sigma_holds_for_the_noise_that_a_filter_correlates(pattern, reference):
     rng, moved, fields = np.random.default_rng(4), pattern.draw((0.4, -0.3)), []
     for _ in range(12):

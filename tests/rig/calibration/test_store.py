@@ -202,6 +202,11 @@ def part_of(numbers, place):
     return numbers, last
 
 
+def shifted(x, z):
+    return [[1.0, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, z], [0, 0, 0, 1]]
+
+
+BEYOND = shifted(0.0, 1e9), shifted(0.0, 0.0), shifted(0.0, -500.0), shifted(1e6, 500.0)
 MIRRORED = [[-1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 500], [0, 0, 0, 1]]
 DAMAGED = {
     ("presses", "gain"): (-1, 0, 1e300, "1.1", None, True),
@@ -211,10 +216,12 @@ DAMAGED = {
     ("latency", "median"): (-5, 1e5),
     ("lens", "focal"): (-2000.0, 0, 1e300),
     ("lens", "size"): ([0, 10], [-5, 5], [1024], [1024.5, 1024], [10**9, 10]),
-    ("lens", "distortion"): ([0.0] * 4, [0.0] * 6),
+    ("lens", "distortion"): ([0.0] * 4, [0.0] * 6, [1e6, 0.0, 0.0, 0.0, 0.0]),
+    ("lens", "sigma_focal"): (-1.0, 1e9),
+    ("latency", "p95"): (0.0, 1e3),
     ("lens", "date"): ("2026-01-01T00:00:00", "0001-01-01T00:00:00Z", "yesterday", 1e300),
-    ("pose", "T_cam_plate"): (np.eye(3).tolist(), MIRRORED, (2 * np.eye(4)).tolist()),
-    ("pose", "covariance"): ((-np.eye(6)).tolist(), np.eye(5).tolist()),
+    ("pose", "T_cam_plate"): (np.eye(3).tolist(), MIRRORED, (2 * np.eye(4)).tolist(), *BEYOND),
+    ("pose", "covariance"): ((-np.eye(6)).tolist(), np.eye(5).tolist(), (1e9 * np.eye(6)).tolist()),
     ("projector", "T_px_plate"): (np.zeros((3, 3)).tolist(), np.ones((3, 3)).tolist()),
     ("projector", "strength"): (-1, 1e300),
     ("bench", "prior"): ([1.0], [-1.0] * NUMBERS),

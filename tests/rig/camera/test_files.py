@@ -30,6 +30,14 @@ def test_images_come_in_the_order_of_their_numbers_and_end(folder):
         source.grab(1.0)
 
 
+def test_an_image_of_another_size_is_named(folder):
+    Image.fromarray(np.zeros((24, 48), np.uint8)).save(folder / "frame_10.png")
+    source = InOrder(open_folder(folder))
+    assert [source.grab(1.0).sequence for _ in range(2)] == [0, 1]
+    with pytest.raises(OSError, match=r"image 3 of .* has 48 x 24 px, those before have 48 x 32"):
+        source.grab(1.0)
+
+
 class Clock:
     """Time that passes only while somebody sleeps."""
 

@@ -41,7 +41,9 @@ def test_a_force_beyond_the_bound_is_one_alarm_that_stays_a_while():
     assert (alarm.kind, alarm.time) == ("force", 50.0)
     assert alarm.sentence == "a touch presses with 4.50 N, more than 3 N; lift it"
     bench.now += 1.0
-    assert bench.frame(touches=pressed(6.0)) == (alarm,)
+    (harder,) = bench.frame(touches=pressed(6.0))
+    assert harder == alarm
+    assert harder.sentence.startswith("a touch presses with 6.00 N")
     bench.now += STAYS - 0.1
     assert bench.frame() == (alarm,)
     bench.now += 0.2

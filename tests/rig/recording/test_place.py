@@ -1,5 +1,6 @@
 """Names of recordings: those that others give never lead out of the folder."""
 
+import os
 import time
 from datetime import datetime
 from pathlib import Path
@@ -9,7 +10,7 @@ from hypothesis import given, strategies as st
 
 import rig
 from rig.calibration.store import Calibration
-from rig.recording.paths import named, require_new
+from rig.recording.paths import FOLDER, named, recordings, recordings_at, require_new
 from rig.recording.recorder import new_recorder
 
 
@@ -62,3 +63,12 @@ def test_a_recording_is_called_by_the_time_of_day_as_stills_and_tables_are(
     before = f"session-{datetime.now():%Y%m%d-%H%M%S}.h5"
     called = new_recorder(None, rig.load("twin"), Calibration()).summary()["path"]
     assert before <= called <= f"session-{datetime.now():%Y%m%d-%H%M%S}.h5"
+
+
+def test_what_record_writes_beside_a_run_is_listed_too(tmp_path):
+    (tmp_path / FOLDER).mkdir()
+    for age, name in enumerate(("new.h5", f"{FOLDER}/press.h5", "old.h5")):
+        (tmp_path / name).write_bytes(b"")
+        os.utime(tmp_path / name, (1000 - age, 1000 - age))
+    assert recordings_at(tmp_path) == ("new.h5", f"{FOLDER}/press.h5", "old.h5")
+    assert recordings(tmp_path) == ("new.h5", "old.h5")
