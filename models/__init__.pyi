@@ -171,7 +171,6 @@ from .forward.camera_change import (
     Seen as Seen,
     moving as moving,
     varied as varied,
-    varied as varied,
 )
 from .forward.camera_gauges import (
     CameraGauges as CameraGauges,
