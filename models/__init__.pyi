@@ -6,6 +6,7 @@ from .bench.bench import (
     HeldOut as HeldOut,
     bench_before as bench_before,
     prior_sigma as prior_sigma,
+    with_camera as with_camera,
 )
 from .bench.diagnosis import (
     CAUSES as CAUSES,
@@ -23,6 +24,10 @@ from .bench.learning import (
 from .bench.marginal import (
     MarginalForward as MarginalForward,
     marginal as marginal,
+)
+from .bench.otherwise import (
+    Otherwise as Otherwise,
+    otherwise as otherwise,
 )
 from .bench.press import Press as Press
 from .bench.score_test import FALSE_ALARM as FALSE_ALARM

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import nan, sqrt
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 import fe
 from models.arrays import F64, Mask
 from models.forward.bench_forward import BENCH
+from models.forward.camera_change import CAMERA
 
 NAMES = tuple(name for name, _ in BENCH)
 UNITS = dict(BENCH)
@@ -70,6 +71,11 @@ class BenchEstimate:
         presses show them; NaN where none is known.
     touches : (N, 3) float64, mm, mm, N
         Most likely x, y, F of each press.
+    measured : tuple of str
+        Numbers that were measured together before any press, as a camera is by boards: of these
+        alone the prior has correlations, and none is a cause that may be absent.
+    shown : BenchEstimate, optional
+        What presses show with all numbers free, where only some of them were asked for; else None.
     """
 
     values: F64
@@ -83,6 +89,8 @@ class BenchEstimate:
     label_offset: tuple[float, float] = (0.0, 0.0)
     label_sigma: tuple[float, float] = (nan, nan)
     touches: F64 = field(default_factory=lambda: np.empty((0, 3)))
+    measured: tuple[str, ...] = ()
+    shown: BenchEstimate | None = None
 
     @property
     def sigma(self) -> F64:
@@ -142,6 +150,46 @@ def bench_before(plate: fe.Plate, **sigma: float) -> BenchEstimate:
             )
         prior[NAMES.index(name)] = value
     return BenchEstimate(np.zeros(len(NAMES)), np.diag(prior**2), DISCREPANCY, prior)
+
+
+def with_camera(bench: BenchEstimate, covariance: F64) -> BenchEstimate:
+    """State what is known of a camera that boards were seen by, before any press.
+
+    That adds to what is known of a usual bench: no direction is less sure than before.
+
+    Parameters
+    ----------
+    bench : BenchEstimate
+        Before any press, its camera that which the boards show.
+    covariance : (9, 9) float64
+        What the boards leave of the numbers of `CAMERA`.
+    """
+    numbers = slice(len(NAMES) - len(CAMERA), len(NAMES))
+    usual = bench.covariance[numbers, numbers]
+    both = usual + covariance
+    unit = np.sqrt(np.diag(both))
+    even = np.linalg.solve(both / np.outer(unit, unit), covariance / unit[:, None])
+    known = (usual / unit) @ even
+    whole = bench.covariance.copy()
+    whole[numbers, numbers] = 0.5 * (known + known.T)
+    prior = bench.prior.copy()
+    prior[numbers] = np.sqrt(np.diag(whole)[numbers])
+    measured = tuple(name for name, _ in CAMERA)
+    return replace(bench, covariance=whole, prior=prior, measured=measured)
+
+
+def correlation_root(bench: BenchEstimate, free: Mask) -> F64:
+    """Return the lower Cholesky factor of the correlations of a prior among free numbers, (P, P).
+
+    That of one for what was not measured together.
+    """
+    root = np.eye(int(free.sum()))
+    together = np.array([name in bench.measured for name in NAMES]) & free
+    if together.any():
+        sigma, places = bench.sigma[together], np.flatnonzero(together[free])
+        even = bench.covariance[np.ix_(together, together)] / np.outer(sigma, sigma)
+        root[np.ix_(places, places)] = np.linalg.cholesky(even)
+    return root
 
 
 def prior_sigma(plate: fe.Plate) -> F64:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from models.arrays import F64, Mask
-from models.bench.bench import NAMES, BenchEstimate
+from models.bench.bench import NAMES, BenchEstimate, correlation_root
 
 # A prior grows with powers of the plate's E and h: a membrane is stiff as E h, bending as E h³.
 _GROWTH = {"tension": (1.0, 1.0), "rotation": (-1.0, -3.0), "membrane": (-1.0, -1.0)}
@@ -33,7 +33,8 @@ def deviation(values: F64, prior: BenchEstimate, free: Mask) -> tuple[F64, F64]:
     Returns
     -------
     deviations : (P,) float64
-        In standard deviations of the prior.
+        In standard deviations of the prior; of numbers that were measured together, along
+        directions that are independent.
     derivatives : (P, P) float64
         By those numbers, in units of their standard deviations.
     """
@@ -43,4 +44,9 @@ def deviation(values: F64, prior: BenchEstimate, free: Mask) -> tuple[F64, F64]:
     derivatives[:, _STIFFNESS] -= _POWERS * relative[:, None]
     scales = prior.sigma[free]
     deviations = (relative - prior.values)[free] / scales
-    return deviations, derivatives[np.ix_(free, free)] * scales / scales[:, None]
+    by_numbers = derivatives[np.ix_(free, free)] * scales / scales[:, None]
+    if not prior.measured:
+        return deviations, by_numbers
+    rows = np.concatenate([deviations[:, None], by_numbers], axis=1)
+    rows = np.asarray(np.linalg.solve(correlation_root(prior, free), rows), dtype=np.float64)
+    return rows[:, 0], rows[:, 1:]

@@ -17,7 +17,7 @@ import numpy as np
 
 import fe
 from models.arrays import F64, Mask
-from models.bench.bench import NAMES, UNITS, BenchEstimate
+from models.bench.bench import NAMES, UNITS, BenchEstimate, prior_sigma
 from models.bench.causes import CAUSES
 from models.bench.deviation import deviation
 from models.bench.identify import COARSE
@@ -163,7 +163,7 @@ def diagnose(
     progress : callable, optional
         Called with the causes tried and their number.
     """
-    known, prior = prior, replace(prior, covariance=np.diag(prior.prior**2))
+    known, prior = prior, _usual(prior, forward.plate)
     causes = {name: free for name, free in CAUSES.items() if look or free[0] in _PLATE}
     on = stand(forward, prior.values, look)
 
@@ -173,8 +173,7 @@ def diagnose(
     problem = asked(sum(causes.values(), ()))
     described = _fitted(replace(problem, free=_NONE, scales=np.empty(0)), on)
     near = slopes(replace(problem, factors=described.problem.factors), on, described.state)
-    if not known.is_prior:
-        near = near.less_sure(_in_parts(known, near.free))
+    near = near.less_sure(_unsure(known, prior, near.free))
     tried = [_first_order(each, near.of(free), prior, described) for each, free in causes.items()]
     freedom = sum(through(forward, press).freedom - 3 for press in presses)
     ordered = tuple(sorted(tried, key=_explained))
@@ -249,10 +248,26 @@ def _as_fitted(cause: Cause, fit: _Fit) -> Cause:
     return replace(cause, chi2=fit.chi2, size=size)
 
 
-def _in_parts(known: BenchEstimate, free: Mask) -> F64:
-    """Covariance of some numbers in parts of each prior's σ, (P, P)."""
-    scales = known.prior[free]
-    return known.covariance[np.ix_(free, free)] / np.outer(scales, scales)
+def _usual(known: BenchEstimate, plate: fe.Plate) -> BenchEstimate:
+    """Return how far a bench may be from what is known of it: as far as a usual one from its scene.
+
+    A camera that boards were seen by may have been knocked since.
+    """
+    sigma = known.prior.copy()
+    measured = [name in known.measured for name in NAMES]
+    sigma[measured] = prior_sigma(plate)[measured]
+    return replace(known, covariance=np.diag(sigma**2), prior=sigma, measured=())
+
+
+def _unsure(known: BenchEstimate, usual: BenchEstimate, free: Mask) -> F64:
+    """Return what is not known and accuses nothing, in parts of each usual σ, (P, P).
+
+    Before any press that is what boards leave of a camera alone.
+    """
+    counts = [not known.is_prior or name in known.measured for name in NAMES]
+    unsure = np.where(np.outer(counts, counts), known.covariance, 0.0)
+    scales = usual.prior[free]
+    return unsure[np.ix_(free, free)] / np.outer(scales, scales)
 
 
 def _explained(cause: Cause) -> float:

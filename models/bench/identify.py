@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import nan
+from typing import NamedTuple
 
 import numpy as np
 
-from models.arrays import F64
+from models.arrays import F64, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.deviation import deviation
 from models.bench.joint import (
@@ -36,6 +37,7 @@ from models.bench.joint import (
     without_uneven,
 )
 from models.bench.labels import LabelErrors, Shown, common_offset, label_errors
+from models.bench.limits import pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.bench.relevance import (
@@ -88,7 +90,9 @@ def identify(
     look : Look, optional
         Where the numbers of the camera are to be found too.
     free : sequence of str
-        Names of the numbers to find; the others stay as the prior has them.
+        Names of the numbers to find. The others stay as the prior has them, values and covariance:
+        presses are explained by all numbers, and those found are as uncertain as the others leave
+        them.
     progress : callable, optional
         Called with the turns done and their number.
 
@@ -102,12 +106,14 @@ def identify(
     ValueError
         There is no press, or a name is none of `BENCH`.
     """
-    problem = pose(presses, prior, look, free, forward)
+    asked = pose(presses, prior, look, free, forward).free
+    problem = pose(presses, prior, look, NAMES, forward)
+    whole = np.array_equal(asked, problem.free)
     state = start(problem)
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
     problem = without_uneven(problem, presses, on)
-    causes = causes_among(problem.free) if prior.is_prior else []
+    causes = causes_among(problem.free, prior.measured) if prior.is_prior and whole else []
     for turn in range(_LIMIT):
         before = state.values
         problem = weighed(problem, on, state, bench.discrepancy)
@@ -131,7 +137,22 @@ def identify(
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:
             break
-    return _described(problem, on, bench, state, terms, causes)
+    solved = _Solved(problem, on, bench, state, terms, causes)
+    normal, _, _ = reduced(problem, state, terms, 0.0)
+    if whole:
+        return _described(solved, normal)
+    return _partly(solved, _without_limits(solved, normal), prior, asked)
+
+
+class _Solved(NamedTuple):
+    """Where the descent ended."""
+
+    problem: JointProblem
+    on: BenchForward
+    bench: BenchEstimate
+    state: State
+    terms: list[Term]
+    causes: list[Numbers]
 
 
 def _settled(problem: JointProblem, scales: F64) -> bool:
@@ -190,15 +211,33 @@ def _shown(problem: JointProblem, terms: list[Term], state: State) -> Shown:
     return Shown(off + left, spread, left, variance)
 
 
-def _described(
-    problem: JointProblem,
-    on: BenchForward,
-    bench: BenchEstimate,
-    state: State,
-    terms: list[Term],
-    causes: list[Numbers],
-) -> BenchEstimate:
-    normal, _, _ = reduced(problem, state, terms, 0.0)
+def _partly(solved: _Solved, normal: F64, prior: BenchEstimate, asked: Mask) -> BenchEstimate:
+    """Take over the numbers that were asked for."""
+    shown = _described(solved, normal)
+    return replace(
+        shown,
+        values=np.where(asked, shown.values, prior.values),
+        covariance=considered(shown.covariance, prior.covariance, asked),
+        held_out=_held_out(solved.problem, solved.state, solved.terms, prior, asked),
+        shown=shown,
+    )
+
+
+def _without_limits(solved: _Solved, normal: F64) -> F64:
+    """Take out of a normal matrix that edges do not push.
+
+    A number at that limit is not known by it to the limit's width: it may lie anywhere beyond.
+    """
+    problem, state = solved.problem, solved.state
+    rows, _ = pushing(state.values, problem.plate.described, problem.prior)
+    rows = rows[:, problem.free] * problem.scales
+    numbers, free = len(problem.scales), normal.copy()
+    free[:numbers, :numbers] -= rows.T @ rows
+    return free
+
+
+def _described(solved: _Solved, normal: F64) -> BenchEstimate:
+    problem, on, bench, state, terms, causes = solved
     numbers = len(problem.scales)
     slope = _shared_slope(problem, on, state, bench.discrepancy)
     spread = widened(normal, slope)[:numbers, :numbers]
@@ -220,7 +259,7 @@ def _described(
         bench,
         values=values,
         covariance=covariance,
-        held_out=_held_out(problem, state, terms),
+        held_out=_held_out(problem, state, terms, problem.prior, problem.free),
         outliers=tuple(int(i) for i in outliers),
         label_offset=(float(offset[0]), float(offset[1])),
         label_sigma=_label_sigma(problem),
@@ -296,7 +335,32 @@ def _shared_slope(problem: JointProblem, on: BenchForward, state: State, discrep
     return whole - problem.discrepancy**2 * of_each
 
 
-def _held_out(problem: JointProblem, state: State, terms: list[Term]) -> HeldOut | None:
+def considered(found: F64, prior: F64, asked: Mask) -> F64:
+    """Covariance of a bench of which the numbers asked for are found, and the others stay.
+
+    As in a Schmidt-Kalman filter: what is not asked for is as uncertain as it was, or more where
+    presses say so, and what is found is uncertain with it.
+
+    Parameters
+    ----------
+    found, prior : (50, 50) float64
+        Covariance with all numbers found, and before.
+    asked : (50,) bool
+    """
+    kept = np.flatnonzero(~asked & (np.diag(prior) > 0))
+    square = np.ix_(kept, kept)
+    root = np.linalg.cholesky(prior[square])
+    half = solve_lower(root, solve_lower(root, found[square]).T)
+    parts, turned = np.linalg.eigh(half)
+    along = root @ turned
+    covariance = found.copy()
+    covariance[square] = prior[square] + (along * np.maximum(parts - 1.0, 0.0)) @ along.T
+    return covariance
+
+
+def _held_out(
+    problem: JointProblem, state: State, terms: list[Term], prior: BenchEstimate, asked: Mask
+) -> HeldOut | None:
     """Errors of presses that are taken out of the bench, to first order; not of outliers."""
     normal, slope, blocks = reduced(problem, state, terms, 0.0)
     places: list[float] = []
@@ -308,6 +372,10 @@ def _held_out(problem: JointProblem, state: State, terms: list[Term]) -> HeldOut
         along = term.mixed @ inverse
         others = normal - (term.bench - along @ term.mixed.T)
         slope_of_others = slope - (term.towards - along @ towards)
+        if not asked[problem.free].all():
+            others, slope_of_others = _as_kept(
+                problem, state, others, slope_of_others, prior, asked
+            )
         joint = np.block([[others + term.bench, term.mixed], [term.mixed.T, term.own]])
         right = np.concatenate([slope_of_others + term.towards, term.towards_own])
         off = state.touches[i] + np.linalg.solve(joint, right)[-3:] - press.touch
@@ -318,6 +386,26 @@ def _held_out(problem: JointProblem, state: State, terms: list[Term]) -> HeldOut
     if not places:
         return None
     return HeldOut(_rms(places), _rms(forces) if forces else float("nan"), len(places))
+
+
+def _as_kept(
+    problem: JointProblem,
+    state: State,
+    normal: F64,
+    slope: F64,
+    prior: BenchEstimate,
+    asked: Mask,
+) -> tuple[F64, F64]:
+    """Return normal matrix and slope of a bench whose numbers that nobody asked for stay."""
+    free, scales, numbers = problem.free, problem.scales, len(problem.scales)
+    found = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    step, before = found @ slope, found.copy()
+    before[:numbers, :numbers] = prior.covariance[np.ix_(free, free)] / np.outer(scales, scales)
+    noises = np.ones(problem.noises, dtype=bool)
+    chosen = np.concatenate([asked[free], noises])
+    step[~chosen] = ((prior.values - state.values)[free] / scales)[~asked[free]]
+    precision = np.linalg.inv(considered(found, before, chosen))
+    return np.asarray(precision, dtype=np.float64), precision @ step
 
 
 def _rms(values: list[float]) -> float:

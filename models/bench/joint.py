@@ -333,9 +333,12 @@ def information(problem: JointProblem, state: State, terms: list[Term]) -> Infor
 
 def rescaled(problem: JointProblem, scales: F64) -> JointProblem:
     """Take the prior as so many times (P,) as wide as it was stated."""
-    sigma = problem.prior.prior.copy()
+    stated, sigma = problem.prior, problem.prior.prior.copy()
     sigma[problem.free] *= scales
-    prior = replace(problem.prior, covariance=np.diag(sigma**2))
+    covariance = np.diag(sigma**2)
+    together = np.flatnonzero([name in stated.measured for name in NAMES])  # their scale is 1
+    covariance[np.ix_(together, together)] = stated.covariance[np.ix_(together, together)]
+    prior = replace(stated, covariance=covariance)
     return replace(problem, prior=prior, scales=sigma[problem.free])
 
 

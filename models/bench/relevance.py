@@ -14,6 +14,7 @@ MacKay 1994, ASHRAE Trans. 100, 1053; Neal 1996, Bayesian Learning for Neural Ne
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -54,11 +55,14 @@ class Posterior(NamedTuple):
     covariance: F64
 
 
-def causes_among(free: Mask) -> list[Numbers]:
-    """Say which of the numbers that are free, (50,), belong to one cause each."""
-    place = np.cumsum(free) - 1
+def causes_among(free: Mask, measured: Sequence[str] = ()) -> list[Numbers]:
+    """Say which of the numbers that are free, (50,), belong to one cause each.
+
+    What was measured beforehand is nothing that goes wrong, and belongs to none.
+    """
+    place, guessed = np.cumsum(free) - 1, free & [name not in measured for name in NAMES]
     members = [
-        place[[k for k, name in enumerate(NAMES) if name in names and free[k]]]
+        place[[k for k, name in enumerate(NAMES) if name in names and guessed[k]]]
         for cause, names in CAUSES.items()
         if cause != _MEASURED
     ]

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from models.arrays import F64, Mask
-from models.bench.bench import BenchEstimate
+from models.bench.bench import BenchEstimate, correlation_root
 from models.bench.marginal import likely_shift, scatter_beside_bench
 from models.bench.relevance import (
     Information,
@@ -102,7 +102,7 @@ def by_relevance(
     if len(left):
         measured = measured - left.shown(forward, bench)[0]
     frame = _Frame(measured, bench, prior, np.asarray(lower, dtype=np.float64))
-    step, causes = _step(frame, forward, touches), causes_among(frame.free)
+    step, causes = _step(frame, forward, touches), causes_among(frame.free, bench.measured)
     scales = likely_scales(step.information, causes)
     shift = over_scales(step.information, causes, scales, -step.by_bench)
     away = step.alone + shift.mean
@@ -126,6 +126,8 @@ def _step(frame: _Frame, on: BenchForward, touches: F64) -> _Step:
     predicted, own = on.read(touches)
     rest = frame.measured - predicted - likely_shift(on, frame.bench, touches)
     shared = on.by_bench(touches)[frame.free] * frame.bench.prior[frame.free, None]
+    if frame.bench.measured:
+        shared = correlation_root(frame.bench, frame.free).T @ shared
     white = frame.whiten(np.concatenate([rest[None], own, shared]).T)
     rest, own, shared = np.split(white, [1, 1 + touches.size], axis=1)
     stated = np.tile(frame.prior.precision, len(touches))

@@ -76,7 +76,8 @@ def require_sound(bench: models.BenchEstimate, size: tuple[float, float]) -> Non
     ValueError
         With the number that is wrong, and what may be its cause.
     """
-    reason = _number(bench) or _presses(bench, size) or _certainty(bench)
+    shown = bench.shown or bench  # a number that nobody asked for may be as wrong
+    reason = _number(shown) or _presses(bench, size) or _certainty(shown)
     if reason is not None:
         raise ValueError(f"{reason}: {_KEPT}")
 
@@ -92,6 +93,12 @@ def _number(bench: models.BenchEstimate) -> str | None:
     remedy = "plate.size and the places of the list"
     if name in _STIFFNESS:
         remedy = "plate.thickness, plate.young and the forces of the list, in N"
+    if name in bench.measured:
+        return (
+            f"the presses show a camera with {said}, {off[worst]:.0f} times as far from where the"
+            " board had it as it may be; calibrate lens and pose again, or check the places of the"
+            " list"
+        )
     return (
         f"the presses show a bench with {said}, {off[worst]:.0f} times as far from the scene as is"
         f" usual; check {remedy}"
@@ -121,7 +128,7 @@ def _presses(bench: models.BenchEstimate, size: tuple[float, float]) -> str | No
 
 def _certainty(bench: models.BenchEstimate) -> str | None:
     """Say whether the descent ended nowhere, or made a number less sure than it was."""
-    if not bench.converged:
+    if not (bench.converged and bench.is_sound):
         return (
             "the search for the bench did not converge; check that plate, camera and list are those"
             " of the images, and press at nine places or more"

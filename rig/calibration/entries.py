@@ -138,6 +138,9 @@ class LensEntry(Entry):
     distortion: tuple[Number, Number, Number, Number, Number] = Field(
         description="k1, k2, p1, p2, k3"
     )
+    covariance: (
+        Annotated[Rows, AfterValidator(_shaped(8, 8)), AfterValidator(_covariance)] | None
+    ) = Field(None, description="of ln focal, centre, px, k1, k2, p1, p2, k3; None in older files")
 
     @field_validator("sigma_focal")
     @classmethod
@@ -253,6 +256,9 @@ class BenchEntry(Dated):
     values: Row = Field(description="most likely, in the units of the glossary")
     covariance: Rows = Field(description="theirs")
     prior: tuple[Spread, ...] = Field(description="standard deviations before any press")
+    measured: tuple[str, ...] = Field(
+        (), description="numbers that boards have shown before any press"
+    )
     discrepancy: float = Field(ge=0, lt=1, description="error of the model beside them, a fraction")
     memory: float = Field(
         default=0.05, ge=0, lt=1, description="fraction of a touch left when it ended, its σ"

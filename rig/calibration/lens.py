@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -9,9 +10,10 @@ import numpy as np
 
 import synthetic
 from rig.calibration.board import BoardView
-from rig.system.arrays import F64
+from rig.system.arrays import F64, AnyArray
 
 FEWEST = 4  # views
+_NUMBERS = 8  # of a lens
 FAR = 3.0  # times the median: a view whose residual is larger was blurred or bent
 
 
@@ -33,6 +35,9 @@ class Lens:
         The same on the board, seen straight at the views' median distance.
     left_out : tuple of int
         Views that do not fit the others.
+    covariance : (8, 8) float64, optional
+        Of the ln of the focal length, the middle, px, and k1, k2, p1, p2, k3; None where it is not
+        known.
     """
 
     size: tuple[int, int]
@@ -43,6 +48,7 @@ class Lens:
     residual: float
     error: float
     left_out: tuple[int, ...]
+    covariance: F64 | None = None
 
     @property
     def matrix(self) -> F64:
@@ -101,7 +107,7 @@ def _fit(
     start = np.array([[size[0], 0, size[0] / 2], [0, size[0], size[1] / 2], [0, 0, 1.0]])
     flags = cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_USE_INTRINSIC_GUESS
     try:
-        rms, matrix, bent, _, places, sigmas, _, by_view = cv2.calibrateCameraExtended(
+        rms, matrix, bent, turns, places, _, _, by_view = cv2.calibrateCameraExtended(
             boards, [v.px.astype(np.float32) for v in views], size, start, np.zeros(5), flags=flags
         )
     except cv2.error as error:
@@ -110,15 +116,43 @@ def _fit(
         ) from error
     focal = float(matrix[0, 0])
     distance = float(np.median([abs(float(np.ravel(place)[2])) for place in places]))
+    # OpenCV's own σ of fx is 0 where fy alone is fitted.
+    covariance = _covariance(boards, turns, places, matrix, bent, float(rms))
     k1, k2, p1, p2, k3 = np.ravel(bent)[:5].tolist()
     lens = Lens(
         size=size,
         focal=focal,
         centre=(float(matrix[0, 2]), float(matrix[1, 2])),
         distortion=synthetic.Distortion(k1, k2, p1, p2, k3),
-        sigma_focal=float(np.ravel(sigmas)[0]),
+        sigma_focal=focal * float(np.sqrt(covariance[0, 0])),
         residual=float(rms),
         error=float(rms) * distance / focal,
         left_out=left_out,
+        covariance=covariance,
     )
     return lens, np.asarray(by_view, dtype=np.float64).ravel()
+
+
+def _covariance(
+    boards: Sequence[AnyArray],
+    turns: Sequence[AnyArray],
+    places: Sequence[AnyArray],
+    matrix: AnyArray,
+    bent: AnyArray,
+    rms: float,
+) -> F64:
+    """Covariance (8, 8) of a lens whose views may each lie anywhere, see `Lens.covariance`."""
+    lens, focal, points = slice(6, None), float(matrix[0, 0]), sum(len(board) for board in boards)
+    normal = np.zeros((_NUMBERS, _NUMBERS))
+    for board, turn, place in zip(boards, turns, places, strict=True):
+        by = cv2.projectPoints(board, turn, place, matrix, bent)[1]
+        by = np.asarray(by, dtype=np.float64)[:, : 10 + 5]
+        by = np.column_stack([by[:, :6], focal * (by[:, 6] + by[:, 7]), by[:, 8:]])
+        basis = np.linalg.qr(by[:, :6])[0]
+        free = by[:, lens] - basis @ (basis.T @ by[:, lens])
+        normal += free.T @ free
+    freedom = max(2 * points - _NUMBERS - 6 * len(boards), 1)
+    unit = 1.0 / np.sqrt(np.diag(normal))
+    even = np.linalg.pinv(normal * np.outer(unit, unit), hermitian=True)
+    variance = rms**2 * points / freedom
+    return np.asarray(variance * np.outer(unit, unit) * even, dtype=np.float64)

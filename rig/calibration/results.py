@@ -86,6 +86,7 @@ def _lens_entry(part: Lens, now: datetime) -> LensEntry:
         sigma_focal=part.sigma_focal,
         centre=part.centre,
         distortion=(bent.k1, bent.k2, bent.p1, bent.p2, bent.k3),
+        covariance=None if part.covariance is None else _rows(part.covariance),
     )
 
 
@@ -136,6 +137,7 @@ def bench_entry(part: models.BenchEstimate, now: datetime, on: FoundOn | None) -
         values=tuple(part.values.tolist()),
         covariance=_rows(part.covariance),
         prior=tuple(part.prior.tolist()),
+        measured=part.measured,
         discrepancy=part.discrepancy,
         memory=part.memory,
         converged=part.converged,

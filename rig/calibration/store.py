@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
+import fe
 import models
 import synthetic
+from rig.calibration.camera_prior import LENS, camera_covariance
 from rig.calibration.entries import (
     BenchEntry,
     CreepEntry,
@@ -38,6 +40,8 @@ from rig.scene.source import DeviceSection, TwinSection
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 CLOCKS = timedelta(days=1)  # by which those of two machines may differ
 _AGAIN = "run `touchplate calibrate bench` again"
+_NOTHING = 100.0
+"""Times as wide as usual: of a number that a calibration says nothing of."""
 _OF_PRESSES = ("error", "error_force", "converged", "outliers", "found_on")
 """What presses have shown of a bench that is followed since."""
 
@@ -78,7 +82,26 @@ class Calibration(Section):
             raise ValueError("the lens is not calibrated; run `touchplate calibrate camera` first")
         bent = synthetic.Distortion(*lens.distortion)
         given = lens.size, lens.focal, lens.centre, bent, lens.sigma_focal
-        return Lens(*given, residual=lens.residual, error=lens.error, left_out=())
+        covariance = None if lens.covariance is None else np.array(lens.covariance)
+        return Lens(*given, lens.residual, lens.error, left_out=(), covariance=covariance)
+
+    def bench_before(self, plate: fe.Plate) -> models.BenchEstimate:
+        """Return what is known of a bench before any press, its camera as calibrated.
+
+        A focal length or a distortion of which no σ is kept may be off as usual.
+        """
+        usual, camera = models.bench_before(plate), self.camera()
+        if camera is None or self.pose is None:
+            return usual
+        lens = self.known_lens()
+        stored = lens.covariance
+        if stored is None:
+            unknown = {name: _NOTHING * usual[name][1] for name in ("focal", "k1", "k2")}
+            sigma = unknown | {"focal": lens.sigma_focal / lens.focal or unknown["focal"]}
+            stored = np.diag([sigma.get(name, 0.0) ** 2 for name in LENS])
+        pose = np.array(self.pose.covariance)
+        left = camera_covariance(camera, pose, stored, plate.size, plate.thickness)
+        return models.with_camera(usual, left)
 
     def screen(self) -> Screen | None:
         """Return where the projector shows the plate; None if that was not measured."""
@@ -122,7 +145,8 @@ class Calibration(Section):
                 " `touchplate calibrate bench` again"
             )
         values, prior = np.array(part.values), np.array(part.prior)
-        return models.BenchEstimate(values, covariance, part.discrepancy, prior, part.memory)
+        known = values, covariance, part.discrepancy, prior, part.memory
+        return models.BenchEstimate(*known, measured=part.measured)
 
     def on_bench(self, known: models.BenchEstimate | None) -> Calibration:
         """Return the same with what is known of the bench now, where it is more."""

@@ -31,7 +31,7 @@ def described(
     size : (float, float), mm
         Sides of the plate.
     """
-    from models import BENCH
+    from models import BENCH, otherwise
 
     rows = zip(BENCH, bench.prior, bench.values, bench.sigma, bench.known, strict=True)
     held, (place, force) = bench.held_out, bench.label_sigma
@@ -60,6 +60,7 @@ def described(
         "outliers": [presses[index] for index in bench.outliers],
         "label_offset_mm": list(bench.label_offset),
         "label_sigma": {"place_mm": _finite(place), "force_fraction": _finite(force)},
+        "otherwise": [one._asdict() for one in otherwise(bench)],
         "cautions": list(_cautions(bench, presses, size)),
     }
 
@@ -98,6 +99,8 @@ def _cautions(
     bench: models.BenchEstimate, presses: list[str], size: tuple[float, float]
 ) -> Iterator[str]:
     """Say what of the presses makes the bench less sure than it might be."""
+    from models import otherwise
+
     if bench.outliers:
         named = ", ".join(presses[index] for index in bench.outliers)
         yield f"do not agree with the others, and are not among the held-out: press {named}"
@@ -117,6 +120,12 @@ def _cautions(
                 f"the presses cover {reach:.0f} mm of {side:.0f} mm along {axis}; spread them over"
                 " the plate"
             )
+    if also := otherwise(bench):
+        named = ", ".join(one.sentence for one in also)
+        yield (
+            f"not as described either, and not asked for: {named}; these stay as uncertain as"
+            " before, and all numbers with them: name them with --free too, or leave it out"
+        )
     if any(bench.label_offset):
         x, y = bench.label_offset
         yield (

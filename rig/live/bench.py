@@ -210,7 +210,7 @@ def build_bench(
     plate, camera, dic, estimator = _live_parts(scene)
     flat, theory = plate.build(), choose(scene, plate, largest_force(scene))
     view = camera_view(plate, camera, calibration)
-    known = _known(flat, estimator, calibration)
+    known = _known(flat, view, estimator, calibration)
     require_own_modes(scene, theory.name, exact=known is None)
     require_bench(camera, exact=known is None)
     net = _net(scene, theory)  # read first: a wrong file is not to be found out after a minute
@@ -293,13 +293,24 @@ def camera_view(
 
 
 def _known(
-    flat: fe.Plate, estimator: PatternEstimator | NetEstimator, calibration: Calibration | None
+    flat: fe.Plate,
+    view: synthetic.AnyCamera,
+    estimator: PatternEstimator | NetEstimator,
+    calibration: Calibration | None,
 ) -> BenchEstimate | None:
-    """Return what is known of a bench by presses, or before any; None where it counts as exact."""
+    """Return what is known of a bench by presses, or before any; None where it counts as exact.
+
+    Before presses a camera that was calibrated is known as well as boards have left it.
+    """
     known = calibration.known_bench() if calibration else None
-    if known is None and isinstance(estimator, PatternEstimator) and estimator.bench == "usual":
-        return bench_before(flat)
-    return known
+    if known is not None or not isinstance(estimator, PatternEstimator):
+        return known
+    if estimator.bench != "usual":
+        return None
+    calibrated = calibration.camera() if calibration else None
+    if calibration and calibrated and calibrated.size == view.size:
+        return calibration.bench_before(flat)
+    return bench_before(flat)
 
 
 def _net(scene: Scene, theory: Theory) -> NetPlan | None:

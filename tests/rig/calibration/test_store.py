@@ -148,7 +148,7 @@ def test_a_bench_of_an_older_file_is_taken_with_a_note_unless_the_pose_is_newer(
 
 
 def test_the_live_loop_leaves_a_bench_of_another_plate_aside(tmp_path, monkeypatch):
-    def known(flat, estimator, calibration):
+    def known(flat, view, estimator, calibration):
         raise ValueError(f"taken: {calibration.bench}")
 
     monkeypatch.setattr(live_bench, "_known", known)  # before the modes of a plate are computed
