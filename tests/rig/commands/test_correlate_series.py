@@ -254,6 +254,28 @@ def test_of_pages_and_of_frames_among_grey_ones_colour_is_said(series, images, c
     assert "f11.png is stored in colour" in " ".join(text.split())
 
 
+@pytest.mark.parametrize("compression", ["raw", "tiff_deflate"])
+@pytest.mark.parametrize("more", [0, 300])
+def test_whole_pages_of_a_tiff_that_is_cut_short_go_on_and_the_cut_is_said(
+    series, images, correlate, compression, more
+):
+    pages = [Image.fromarray(image) for image in [*images[1:], *images[1:]]]
+    saved = {"save_all": True, "append_images": pages[1:4], "compression": compression}
+    pages[0].save(series / "pages.tif", **saved)
+    four = (series / "pages.tif").stat().st_size
+    pages[0].save(series / "pages.tif", **saved | {"append_images": pages[1:]})
+    cut = (series / "pages.tif").read_bytes()[: four + more]
+    (series / "pages.tif").write_bytes(cut)
+    code, said, text = correlate("ref.png", "pages.tif", "--json", "--out", "o")
+    assert code == 0, text
+    assert (json.loads(said)["frames"], json.loads(said)["left_out"]) == (5, 1)
+    assert " ".join(text.split()).count("pages.tif is cut short after page 4") == 1
+    with h5py.File(series / "o" / "fields.h5") as file:
+        strain = [np.nanmedian(file["exx"][n]) for n in range(4)]
+        assert b"cut short" in file["error"][4]
+    np.testing.assert_allclose(strain, STRETCH * np.array([1, 2, 3, 1]), atol=1.5e-4)
+
+
 def test_a_photograph_in_colour_that_is_cut_short_is_a_sentence(series, images):
     path = series / "cut.jpg"
     Image.fromarray(np.dstack([images[0], images[0] // 2, images[0]])).save(path)
