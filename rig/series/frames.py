@@ -99,8 +99,11 @@ class Video:
     def __init__(self, path: Path) -> None:
         import cv2
 
+        from rig.camera.quiet import quiet
+
         self._path, self._lock, self._next = path, Lock(), 0
-        self._video = cv2.VideoCapture(str(path))
+        with quiet():
+            self._video = cv2.VideoCapture(str(path))
         self._count = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
         if not self._video.isOpened() or self._count < 1:
             raise OSError(f"{path} is not a video that can be read; convert it to AVI or images")

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import subprocess
 import sys
 from xml.etree import ElementTree as ET
 
@@ -331,6 +332,34 @@ def test_pages_of_a_tiff_and_frames_of_a_video_are_frames(series, images):
     (series / "w.avi").write_bytes(b"no video")
     with pytest.raises(OSError, match="not a video"):
         open_frames(str(series / "w.avi"))
+
+
+OPENED = """
+import sys
+from rig.camera.files import open_video
+from rig.series.frames import open_frames
+
+for open_it in (open_frames, open_video):
+    try:
+        open_it(sys.argv[1])
+    except OSError as error:
+        print(error)
+"""
+
+
+def test_a_video_that_is_cut_short_is_our_sentence_and_none_of_ffmpeg(series, images):
+    path, size = series / "cut.mp4", (SHAPE[1], SHAPE[0])
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 10, size)
+    for image in images:
+        writer.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
+    writer.release()
+    path.write_bytes(path.read_bytes()[:-1000])  # its table of contents stands last
+    # FFmpeg takes its level once a process: in one of its own.
+    done = subprocess.run([sys.executable, "-c", OPENED, path], capture_output=True, text=True)
+    first, second = done.stdout.splitlines()
+    assert "is not a video that can be read" in first
+    assert "is no video that can be read" in second
+    assert done.stderr == ""
 
 
 REGIONS = """
