@@ -215,10 +215,13 @@ def open_video(path: str | Path, rate: float | None = None) -> ImageSequence:
     """
     import cv2
 
+    from rig.camera.quiet import quiet
+
     _check_rate(rate)
     if not Path(path).is_file():
         raise OSError(f"video {path} does not exist; check the path")
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    with quiet():
+        capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     if not capture.isOpened():
         raise OSError(f"{path} is no video that can be read; convert it to AVI or MP4")
 

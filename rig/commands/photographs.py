@@ -21,12 +21,12 @@ def read(path: Path) -> np.ndarray:
     OSError, ValueError
         It is no image that can be read.
     """
-    from rig.series.photograph import is_coloured, page_count, read_photograph
+    from rig.series.photograph import is_coloured, pages_of, read_photograph
 
     image = read_photograph(path)
     if is_coloured(path):
         say(f"{path.name} is stored in colour; its luminance is taken")
-    pages = page_count(path)
+    pages = pages_of(path).whole
     if pages > 1:
         say(f"{path.name} has {pages} pages; the first one is taken")
     return image

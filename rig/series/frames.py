@@ -13,11 +13,12 @@ from typing import Protocol
 
 import numpy as np
 
-from rig.series.photograph import is_coloured, page_count, read_page, read_photograph
+from rig.series.photograph import Pages, is_coloured, pages_of, read_page, read_photograph
 from rig.system.arrays import AnyArray
 
 _TIFF = (".tif", ".tiff")
 _IMAGES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".pgm"}
+_ONE = Pages(1)
 _VIDEOS = {".avi", ".mp4", ".mov", ".mkv", ".m4v"}
 
 
@@ -50,19 +51,26 @@ class ImageFiles:
         return read_photograph(self.paths[number])
 
 
+@dataclass(frozen=True)
 class TiffPages:
-    """Pages of one TIFF."""
+    """Pages of one TIFF; of those that it was cut short by, one frame says so."""
 
-    def __init__(self, path: Path) -> None:
-        self.path, self._count = path, page_count(path)
+    path: Path
+    pages: Pages
 
     @property
     def names(self) -> tuple[str, ...]:
         """Name of the file and number of the page, from 1 on."""
-        return tuple(f"{self.path.name} {n + 1}" for n in range(self._count))
+        count = self.pages.whole + self.pages.cut
+        return tuple(f"{self.path.name} {n + 1}" for n in range(count))
 
     def read(self, number: int) -> AnyArray:
         """Read a page."""
+        if number >= self.pages.whole:
+            raise OSError(
+                f"{self.path.name} is cut short after page {self.pages.whole}, those after it are"
+                " lost; copy or record it again"
+            )
         return read_page(self.path, number)
 
 
@@ -91,8 +99,11 @@ class Video:
     def __init__(self, path: Path) -> None:
         import cv2
 
+        from rig.camera.quiet import quiet
+
         self._path, self._lock, self._next = path, Lock(), 0
-        self._video = cv2.VideoCapture(str(path))
+        with quiet():
+            self._video = cv2.VideoCapture(str(path))
         self._count = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
         if not self._video.isOpened() or self._count < 1:
             raise OSError(f"{path} is not a video that can be read; convert it to AVI or images")
@@ -166,11 +177,11 @@ def _files(paths: list[Path], what: str) -> Frames:
 
 def _images(paths: list[Path]) -> Frames:
     """Return images as frames, and all pages of those that have several."""
-    several = [path.suffix.lower() in _TIFF and page_count(path) > 1 for path in paths]
-    if not any(several):
+    pages = [pages_of(path) if path.suffix.lower() in _TIFF else _ONE for path in paths]
+    if all(one == _ONE for one in pages):
         return ImageFiles(tuple(paths))
-    sources = zip(paths, several, strict=True)
-    return Joined([TiffPages(p) if pages else ImageFiles((p,)) for p, pages in sources])
+    sources = zip(paths, pages, strict=True)
+    return Joined([ImageFiles((p,)) if one == _ONE else TiffPages(p, one) for p, one in sources])
 
 
 def _in_order(path: Path) -> list[tuple[int, str]]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import struct
 import warnings
 import zlib
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -69,10 +71,49 @@ def is_coloured(path: Path) -> bool:
         return False
 
 
-def page_count(path: Path) -> int:
-    """Images that a file holds; 1 where it cannot be opened, which who reads it will say."""
+@dataclass(frozen=True)
+class Pages:
+    """Images that a file holds one after the other.
+
+    Attributes
+    ----------
+    whole : int
+        How many can be read.
+    cut : bool
+        Whether others followed that are not in the file any more.
+    """
+
+    whole: int
+    cut: bool = False
+
+
+def pages_of(path: Path) -> Pages:
+    """Count the images of a file; one where none can be read, which who reads it will say."""
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path) as image:
-            return int(getattr(image, "n_frames", 1))
+            return Pages(int(getattr(image, "n_frames", 1)))
     except _DAMAGED:
-        return 1
+        whole = _whole_pages(path)
+        return Pages(whole, cut=True) if whole else Pages(1)
+
+
+def _whole_pages(path: Path) -> int:
+    """Count the images before the place where a file breaks off."""
+    found = 0
+    with suppress(*_DAMAGED), warnings.catch_warnings(action="ignore"), Image.open(path) as image:
+        while True:
+            image.seek(found)
+            found += 1
+    while found and not _is_readable(path, found - 1):  # the last one that begins may not end
+        found -= 1
+    return found
+
+
+def _is_readable(path: Path, number: int) -> bool:
+    try:
+        read_page(path, number)
+    except OSError:
+        return False
+    except ValueError:  # it is there, if of no use
+        return True
+    return True

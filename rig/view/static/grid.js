@@ -15,10 +15,12 @@ export class PointGrid {
   place(number) { return [this.x[number % this.columns], this.y[Math.floor(number / this.columns)]]; }
 }
 
-// Where the frame shows what the reference shows at a place; there itself where it was lost.
+// Where the frame shows what the reference shows at a place; there itself where it was lost, and
+// without a motion, as before a correlation, when there is no grid either.
 export function moved(grid, motion, place) {
+  if (!motion) return place;
   const number = grid.nearest(place);
-  if (!motion || number < 0 || Number.isNaN(motion.u[number])) return place;
+  if (number < 0 || Number.isNaN(motion.u[number])) return place;
   return [place[0] + motion.u[number], place[1] + motion.v[number]];
 }
 

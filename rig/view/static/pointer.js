@@ -12,11 +12,8 @@ export function watchPointer(drawing, redraw) {
   let held = null;
 
   const motion = () => state.shown?.motion ?? null;
-  const shownAt = (place) => (state.grid ? moved(state.grid, motion(), place) : place);
-  const under = (event) => {
-    const place = drawing.toImage(event);
-    return state.grid ? movedBack(state.grid, motion(), place) : place;
-  };
+  const shownAt = (place) => moved(state.grid, motion(), place);
+  const under = (event) => movedBack(state.grid, motion(), drawing.toImage(event));
   const inside = ([x, y]) => x >= -0.5 && y >= -0.5 && x < drawing.size[0] - 0.5 && y < drawing.size[1] - 0.5;
   const clamped = (place) => place.map((at, i) => Math.min(Math.max(at, 0), drawing.size[i] - 1));
 

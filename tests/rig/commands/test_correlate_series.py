@@ -2,6 +2,7 @@
 
 import csv
 import json
+import subprocess
 import sys
 from xml.etree import ElementTree as ET
 
@@ -254,6 +255,28 @@ def test_of_pages_and_of_frames_among_grey_ones_colour_is_said(series, images, c
     assert "f11.png is stored in colour" in " ".join(text.split())
 
 
+@pytest.mark.parametrize("compression", ["raw", "tiff_deflate"])
+@pytest.mark.parametrize("more", [0, 300])
+def test_whole_pages_of_a_tiff_that_is_cut_short_go_on_and_the_cut_is_said(
+    series, images, correlate, compression, more
+):
+    pages = [Image.fromarray(image) for image in [*images[1:], *images[1:]]]
+    saved = {"save_all": True, "append_images": pages[1:4], "compression": compression}
+    pages[0].save(series / "pages.tif", **saved)
+    four = (series / "pages.tif").stat().st_size
+    pages[0].save(series / "pages.tif", **saved | {"append_images": pages[1:]})
+    cut = (series / "pages.tif").read_bytes()[: four + more]
+    (series / "pages.tif").write_bytes(cut)
+    code, said, text = correlate("ref.png", "pages.tif", "--json", "--out", "o")
+    assert code == 0, text
+    assert (json.loads(said)["frames"], json.loads(said)["left_out"]) == (5, 1)
+    assert " ".join(text.split()).count("pages.tif is cut short after page 4") == 1
+    with h5py.File(series / "o" / "fields.h5") as file:
+        strain = [np.nanmedian(file["exx"][n]) for n in range(4)]
+        assert b"cut short" in file["error"][4]
+    np.testing.assert_allclose(strain, STRETCH * np.array([1, 2, 3, 1]), atol=1.5e-4)
+
+
 def test_a_photograph_in_colour_that_is_cut_short_is_a_sentence(series, images):
     path = series / "cut.jpg"
     Image.fromarray(np.dstack([images[0], images[0] // 2, images[0]])).save(path)
@@ -309,6 +332,34 @@ def test_pages_of_a_tiff_and_frames_of_a_video_are_frames(series, images):
     (series / "w.avi").write_bytes(b"no video")
     with pytest.raises(OSError, match="not a video"):
         open_frames(str(series / "w.avi"))
+
+
+OPENED = """
+import sys
+from rig.camera.files import open_video
+from rig.series.frames import open_frames
+
+for open_it in (open_frames, open_video):
+    try:
+        open_it(sys.argv[1])
+    except OSError as error:
+        print(error)
+"""
+
+
+def test_a_video_that_is_cut_short_is_our_sentence_and_none_of_ffmpeg(series, images):
+    path, size = series / "cut.mp4", (SHAPE[1], SHAPE[0])
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 10, size)
+    for image in images:
+        writer.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
+    writer.release()
+    path.write_bytes(path.read_bytes()[:-1000])  # its table of contents stands last
+    # FFmpeg takes its level once a process: in one of its own.
+    done = subprocess.run([sys.executable, "-c", OPENED, path], capture_output=True, text=True)
+    first, second = done.stdout.splitlines()
+    assert "is not a video that can be read" in first
+    assert "is no video that can be read" in second
+    assert done.stderr == ""
 
 
 REGIONS = """

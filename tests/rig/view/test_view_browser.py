@@ -14,7 +14,7 @@ from playwright.sync_api import expect, sync_playwright
 
 import dic
 from rig.series.frames import open_frames
-from rig.series.regions import Regions, read_regions
+from rig.series.regions import Extensometer, Regions, read_regions
 from rig.series.run import FIELDS, run_series
 from rig.series.tabulate import StrainOptions
 from rig.view import ViewedTest, serve
@@ -155,6 +155,38 @@ def test_from_photographs_to_a_curve_a_table_and_an_image(page, photos, tmp_path
     assert page.complaints == []
     assert {urlsplit(url).hostname for url in page.asked if not url.startswith(("data:", "blob:"))
             } == {"127.0.0.1"}  # fmt: skip
+
+
+def shows_line(page, colour, start, end):
+    """Whether at a third of the places between two the canvas has a colour: lines are dashed."""
+    image, box = pixels(page), page.locator("#view-canvas").bounding_box()
+    x, y = np.linspace(on_image(page, *start), on_image(page, *end), 200)[20:-20].T
+    at = image[np.rint(y - box["y"]).astype(int), np.rint(x - box["x"]).astype(int)]
+    wanted = [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
+    return (np.abs(at.astype(int) - wanted).max(axis=1) < 40).mean() > 1 / 3
+
+
+def test_marks_are_drawn_before_a_correlation_where_they_were_set(page, photographs, tmp_path):
+    regions = Regions(extensometer=[Extensometer(name="e", start=(30, 20), end=(120, 20))])
+    test = ViewedTest(open_frames(str(photographs)), None, tmp_path / "test", regions)
+    with test, serve(test) as address:
+        open_page(page, address)
+        page.keyboard.press("e")
+        drag(page, (30, 90), (120, 96))
+        expect(page.locator("#marks input")).to_have_count(2)
+        colours = [
+            "#" + "".join(f"{int(part):02x}" for part in re.findall(r"\d+", colour))
+            for colour in page.locator("#marks i").evaluate_all(
+                "dots => dots.map((dot) => dot.style.background)"
+            )
+        ]
+        assert shows_line(page, colours[0], (30, 20), (120, 20))
+        assert shows_line(page, colours[1], (30, 90), (120, 96))
+        page.keyboard.press("r")
+        page.mouse.move(*on_image(page, 75, 55))
+        expect(page.locator("#probe")).to_contain_text("x 75.0")  # drawn after the marks
+        expect(page.locator("#bar-title")).not_to_be_empty()
+    assert page.complaints == []
 
 
 def test_the_probe_reads_what_the_file_holds(page, looked_at, result):
