@@ -148,7 +148,7 @@ def test_a_list_of_others_is_never_touched(tmp_path, text, says):
 
 def test_a_video_is_no_folder_to_keep_presses_in(tmp_path):
     (tmp_path / "v.avi").write_bytes(b"RIFF")
-    with pytest.raises(OSError, match="is no folder to keep presses in; .* with --list"):
+    with pytest.raises(OSError, match=r"is no folder to keep presses in; .* with --list"):
         open_press_folder(tmp_path / "v.avi", 3)
 
 
