@@ -90,15 +90,15 @@ def _touches(
     for name, grey in images:
         image = np.asarray(grey, dtype=np.float32)
         try:
-            touch, seen, whitening, moved, errors = measured(chain, image, None, name)
+            shown = measured(chain, image, None, name)
         except ValueError:  # nobody touches the plate here
             continue
+        touch = shown.touch
         near = any(np.hypot(*(touch[:2] - one.touch[:2])) < _APART for one in found)
         if touch[2] >= _MIN_FORCE and not near:
             unknown, frames = np.full(3, np.inf), (1, references)
-            found.append(
-                models.Press.of_frames(seen, touch, unknown, frames, whitening, moved, errors)
-            )
+            given = shown.whitening, shown.moved, shown.errors
+            found.append(models.Press.of_frames(shown.seen, touch, unknown, frames, *given))
         if len(found) == TOUCHES:
             break
     return found

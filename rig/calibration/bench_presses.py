@@ -13,7 +13,7 @@ import numpy as np
 
 import models
 from rig.calibration.bench_refusal import require_places
-from rig.calibration.press_images import read_press_images
+from rig.calibration.press_images import PressImages, read_press_images
 from rig.calibration.store import Calibration
 from rig.live.baseline import still_reference
 from rig.live.bench import Bench, build_bench
@@ -142,14 +142,30 @@ def identify_bench(
         If the scene cannot run live, a press is listed among the first images or something moves
         in them, or no touch is found where one is listed.
     """
-    if scene.dic:
-        _require_untouched(listed, scene.dic.reference_frames)
+    images = listed_images(scene, listed, source)
     bench = usual_bench(scene, known, report)
-    frames = [one.frames for one in listed]
-    images = read_press_images(source, bench.reference_frames, frames)
     chain = bench.prepare(still_reference(images.reference))[0]
     seen = list(zip(listed, images.means, strict=True))
     return identify_by_images(bench, chain, seen, free, report)
+
+
+def listed_images(scene: Scene, listed: list[Listed], source: Path) -> PressImages:
+    """Read the images of listed presses, and those before them, from a folder or video.
+
+    Raises
+    ------
+    OSError
+        If an image is missing.
+    ValueError
+        If the scene has no [dic], or a press is listed among the first images.
+    """
+    if scene.dic is None:
+        raise ValueError(
+            f"scene '{scene.title}' has no [dic] to see presses with; add it, as twin has it"
+        )
+    references = scene.dic.reference_frames
+    _require_untouched(listed, references)
+    return read_press_images(source, references, [one.frames for one in listed])
 
 
 def _require_untouched(listed: list[Listed], reference_frames: int) -> None:
@@ -184,16 +200,27 @@ def identify_by_images(
     ValueError
         If the bench is exact, no touch is found where one is listed, or most are found elsewhere.
     """
+    shown = [(one, shown_press(chain, one, image)) for one, image in seen]
+    return identify_shown(bench, chain, shown, free, report)
+
+
+def identify_shown(
+    bench: Bench,
+    chain: Chain,
+    shown: Sequence[tuple[Listed, ShownPress]],
+    free: tuple[str, ...],
+    report: Callable[[int, int], None],
+) -> models.BenchEstimate:
+    """Find a bench from presses and what the images of each show, see `identify_by_images`."""
     forward = chain.pattern.forward(chain.noise)
     if not isinstance(forward, models.BenchForward) or bench.known is None:
         raise ValueError("the bench has no estimator of kind 'pattern'; give the scene one")
-    shown = [_shown(chain, one, image) for one, image in seen]
-    placed = [k for k, (one, _) in enumerate(seen) if one.place is not None]
-    places = np.array([seen[k][0].place for k in placed])
-    require_places(places, np.array([shown[k].touch[:2] for k in placed]), bench.plate.size)
+    placed = [(one.place, each.touch[:2]) for one, each in shown if one.place is not None]
+    places, found = np.array([place for place, _ in placed]), np.array([at for _, at in placed])
+    require_places(places, found, bench.plate.size)
     frames = bench.reference_frames
     place = hypot(PLACE, 0.5 * bench.friction * bench.plate.thickness)
-    presses = [_press(one, each, place, frames) for (one, _), each in zip(seen, shown, strict=True)]
+    presses = [_press(one, each, place, frames) for one, each in shown]
     look = KnownBench(bench.known, bench.camera).look(chain.pattern)
     names = free or tuple(name for name, _ in models.BENCH)
     return models.identify(forward, presses, bench.known, look, names, report)
@@ -223,6 +250,8 @@ class ShownPress(NamedTuple):
     Attributes
     ----------
     touch : (3,) float64, mm, mm, N
+    sigma : (3,) float64, mm, mm, N
+        Standard deviations of the touch by the noise of one frame.
     seen : (m,) float64
         The whitened measurement.
     whitening : (m, K + U) float64
@@ -230,17 +259,27 @@ class ShownPress(NamedTuple):
         By how much the camera has moved; see `models.Press`.
     errors : MotionErrors
         Of one frame.
+    evident : bool
+        Whether a frame like it would show a touch by itself, and not only where one is sought.
     """
 
     touch: F64
+    sigma: F64
     seen: F64
     whitening: F64
     moved: F64 | None
     errors: models.MotionErrors
+    evident: bool
 
 
-def _shown(chain: Chain, one: Listed, image: F32) -> ShownPress:
-    """Measure a press in the mean of its frames, and find its touch wherever the list has it."""
+def shown_press(chain: Chain, one: Listed, image: F32) -> ShownPress:
+    """Measure a press in the mean of its frames, and find its touch wherever the list has it.
+
+    Raises
+    ------
+    ValueError
+        If the image cannot be used, or shows no touch.
+    """
     start = None if one.place is None else np.array([[*one.place, one.force or _START]])
     return measured(chain, image, start, one.press)
 
@@ -286,8 +325,10 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     whitening = np.ascontiguousarray(pattern.factor.T) / chain.noise
-    errors = chain.motion_errors(seen.motion, seen.hidden)
-    return ShownPress(touch, white, whitening, pattern.uncorrected(seen.motion), errors)
+    moved, errors = pattern.uncorrected(seen.motion), chain.motion_errors(seen.motion, seen.hidden)
+    sigma = np.sqrt(np.diag(estimate.touch_covariance(0)))
+    evident = estimator.fit_whitened(white).count > 0
+    return ShownPress(touch, sigma, white, whitening, moved, errors, evident)
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:

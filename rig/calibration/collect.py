@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from rig.calibration.requested_presses import requested_presses
 from rig.live.alignment import Alignment, align
 from rig.live.snapshot import Mark
 from rig.scene import Scene
+from rig.scene.source import Files, Folder, Recorded, Video
 from rig.system.arrays import F64
 
 HOLD = 0.6  # s that a press must stand still, until a finger has settled
@@ -35,8 +37,9 @@ def targets(scene: Scene) -> tuple[fe.Touch, ...]:
     Raises
     ------
     ValueError
-        If the scene does not say where and how hard to press.
+        If the scene does not say where and how hard to press, or its images are recorded.
     """
+    require_live(scene)
     if scene.plate is None or scene.touches is None or scene.source is None:
         raise ValueError(
             f"scene '{scene.title}' needs [touches] and a [source] to collect presses; add them,"
@@ -44,6 +47,39 @@ def targets(scene: Scene) -> tuple[fe.Touch, ...]:
         )
     seed = scene.source.seed if scene.source.kind == "twin" else 0
     return requested_presses(scene.plate.size, scene.touches.force, seed)
+
+
+def require_live(scene: Scene) -> None:
+    """Refuse to ask for presses in images that are recorded: they are where they are.
+
+    Raises
+    ------
+    ValueError
+        If the source of the scene is a folder, files, a video or a recording.
+    """
+    if isinstance(scene.source, Folder | Files | Video | Recorded):
+        raise ValueError(
+            f"scene '{scene.title}' takes recorded images (source.kind = '{scene.source.kind}'),"
+            " and no press can be asked for in them; name the list of their presses with --list,"
+            " or give it to `touchplate calibrate bench`"
+        )
+
+
+def recorded_images(scene: Scene) -> Path:
+    """Return the folder, video or names of images that a scene takes.
+
+    Raises
+    ------
+    ValueError
+        If it takes no such images.
+    """
+    match scene.source:
+        case Folder(path=path) | Files(path=path) | Video(path=path):
+            return Path(path)
+        case _:
+            raise ValueError(
+                "a list names presses in recorded images; give their folder or video with --images"
+            )
 
 
 @dataclass(frozen=True, eq=False)

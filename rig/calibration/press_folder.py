@@ -2,7 +2,8 @@
 
 It is what ``touchplate calibrate bench --presses … --images …`` takes: the untouched images first,
 then those of each press, and a line of the list for a press when all of its images are there. So a
-collection that was stopped has all presses before, and goes on.
+collection that was stopped has all presses before, and goes on. What lies in the folder is never
+written over, and nothing is deleted that was there before.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ from __future__ import annotations
 import csv
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from io import StringIO
 from pathlib import Path
 
 import cv2
@@ -35,7 +37,7 @@ class PressFolder:
     ----------
     path : Path
     still : int
-        Images of the untouched plate that come first.
+        Images of the untouched plate that come first; they are written with the first press.
     listed : list of Listed
         Presses that are kept.
     """
@@ -44,6 +46,7 @@ class PressFolder:
     still: int
     listed: list[Listed]
     _images: int
+    _untouched: list[AnyArray] = field(default_factory=list[AnyArray])
 
     @property
     def list_path(self) -> Path:
@@ -53,7 +56,7 @@ class PressFolder:
     @property
     def has_reference(self) -> bool:
         """Whether the images of the untouched plate are there."""
-        return self._images >= self.still
+        return bool(self.listed) or len(self._untouched) >= self.still
 
     def left(self, targets: Sequence[fe.Touch]) -> tuple[fe.Touch, ...]:
         """Targets that no press of the list is at."""
@@ -63,7 +66,7 @@ class PressFolder:
     def keep_still(self, image: AnyArray) -> None:
         """Keep an image (H, W) of the untouched plate, until there are enough."""
         if not self.has_reference:
-            self._write(image)
+            self._untouched.append(image)
 
     def keep(self, press: fe.Touch, images: Sequence[AnyArray]) -> None:
         """Keep a press and its images (H, W).
@@ -71,20 +74,28 @@ class PressFolder:
         Raises
         ------
         OSError
-            The disk is full or may not be written to.
+            The disk is full or may not be written to, or another program wrote in the folder.
         """
-        first = self._images
-        for image in images:
-            self._write(image)
-        number, frames = str(len(self.listed) + 1), (first, self._images - 1)
+        self._write([*self._untouched, *images])
+        self._untouched = []
+        number, frames = str(len(self.listed) + 1), (self._images - len(images), self._images - 1)
         self.listed.append(Listed(number, frames, (press.x, press.y), press.force))
-        _write_list(self.list_path, self.listed)
+        _add_line(self.list_path, self.listed[-1])
 
-    def _write(self, image: AnyArray) -> None:
-        path = self.path / _NAME.format(self._images)
-        if not cv2.imwrite(str(path), image):
-            raise OSError(f"'{path}' cannot be written; check the disk and its rights")
-        self._images += 1
+    def _write(self, images: Sequence[AnyArray]) -> None:
+        """Write images after those that are there; none of them stays where one cannot be."""
+        written: list[Path] = []
+        try:
+            for number, image in enumerate(images, self._images):
+                path = self.path / _NAME.format(number)
+                with path.open("xb") as file:  # never over another's
+                    written.append(path)
+                    file.write(cv2.imencode(".png", image)[1].tobytes())
+        except BaseException:
+            for path in written:
+                path.unlink()
+            raise
+        self._images += len(written)
 
 
 def open_press_folder(path: Path, still: int) -> PressFolder:
@@ -95,39 +106,75 @@ def open_press_folder(path: Path, still: int) -> PressFolder:
     OSError
         The folder cannot be made or read, or holds other images.
     ValueError
-        Its list is damaged, or its first press is not preceded by `still` images.
+        Its list is damaged or another's, or its first press is not preceded by `still` images.
     """
+    if path.exists() and not path.is_dir():
+        raise OSError(
+            f"'{path}' is no folder to keep presses in; name one that is empty or new, or take the"
+            " presses of a video by their list with --list"
+        )
     path.mkdir(parents=True, exist_ok=True)
-    there = {one for one in path.iterdir() if one.suffix.lower() in SUFFIXES}
-    if there and not (path / LIST).exists():
-        raise OSError(f"folder '{path}' holds images and no {LIST}; name one that is empty or new")
+    there = {one.name for one in path.iterdir() if one.suffix.lower() in SUFFIXES}
     listed = _read(path / LIST)
-    if listed and listed[0].frames[0] < still:
+    if there and not listed:
+        raise OSError(
+            f"folder '{path}' holds images and no {LIST} that lists them; name one that is empty or"
+            " new"
+        )
+    _require_own(path, there)
+    named = max((one.frames[1] for one in listed), default=-1)
+    if named >= len(there):
         raise ValueError(
-            f"'{path}' has {listed[0].frames[0]} untouched images and the scene wants {still}"
+            f"'{path / LIST}' names frame {named}, and {len(there)} images lie beside it, counted"
+            " from 0; put the others back, or name another folder"
+        )
+    first = min((one.frames[0] for one in listed), default=still)
+    if first < still:
+        raise ValueError(
+            f"'{path}' has {first} untouched images and the scene wants {still}"
             " (dic.reference_frames); name another folder"
         )
-    images = listed[-1].frames[1] + 1 if listed else 0
-    # Images of a press that was cut short are in no list.
-    for left_over in there - {path / _NAME.format(number) for number in range(images)}:
-        left_over.unlink()
-    _write_list(path / LIST, listed)
-    return PressFolder(path, still, listed, images)
+    # Images of a press that was cut short are in no list, and stay: what comes is numbered on.
+    return PressFolder(path, still, listed, len(there))
+
+
+def _require_own(path: Path, there: set[str]) -> None:
+    """Refuse images of a folder that are not numbered as those of a collection."""
+    others = sorted(there - {_NAME.format(number) for number in range(len(there))})
+    if not others:
+        return
+    more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+    raise OSError(
+        f"folder '{path}' holds images that no collection wrote ({others[0]}{more}); name one that"
+        f" is empty or new, or take the presses of its list with --list '{path / LIST}' --images"
+        f" '{path}'"
+    )
 
 
 def _read(path: Path) -> list[Listed]:
     """Read the list; none if there is no file or no press in it yet."""
-    if not path.exists() or len(path.read_text(encoding="utf-8").splitlines()) < 2:
+    if not path.exists():
         return []
-    return read_list(path)
+    lines = path.read_bytes().splitlines()
+    if lines[:1] != [",".join(COLUMNS).encode()]:
+        raise ValueError(
+            f"'{path}' is no list that a collection wrote, whose first line is"
+            f" {','.join(COLUMNS)}; name another folder"
+        )
+    return read_list(path) if len(lines) > 1 else []
 
 
-def _write_list(path: Path, listed: Sequence[Listed]) -> None:
-    with export.aside(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
+def _add_line(path: Path, one: Listed) -> None:
+    """Add a press to a list, which stays as it is where that fails."""
+    line = StringIO(newline="")
+    rows = csv.writer(line)
+    if not path.exists():
         rows.writerow(COLUMNS)
-        for one in listed:
-            rows.writerow((one.press, *one.frames, *(one.place or ("", "")), one.force))
+    rows.writerow((one.press, *one.frames, *(one.place or ("", "")), one.force))
+    before = path.read_bytes() if path.exists() else b""
+    gap = b"\r\n" if before and not before.endswith(b"\n") else b""
+    with export.aside(path) as draft:
+        draft.write_bytes(before + gap + line.getvalue().encode())
 
 
 class KeptFrames:

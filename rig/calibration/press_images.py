@@ -1,4 +1,4 @@
-"""Images of presses, out of a folder or a video: those at rest, and the mean of each press."""
+"""Images of presses, out of a folder, a video or files: those at rest, and the mean of each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rig.camera.files import image_paths, open_video, read_grey
+from rig.camera.files import image_paths, named_images, open_video, read_grey
 from rig.system.arrays import F32, Grey
 
 
@@ -34,7 +34,7 @@ def read_press_images(source: Path, references: int, frames: list[tuple[int, int
     Parameters
     ----------
     source : Path
-        Folder of grey images of 8 bit, or a video.
+        Folder of grey images of 8 bit, a video, or names of images with ``*`` and ``?``.
     references : int
     frames : list of (int, int)
         First and last of each press, counted from 0 over all images.
@@ -65,9 +65,12 @@ def ordered_images(folder: Path, last: int) -> list[Path]:
     OSError
         If there is no such folder, or it has no image of number `last`.
     """
-    paths = image_paths(folder)
+    return _as_far_as(folder, image_paths(folder), last)
+
+
+def _as_far_as(source: Path, paths: list[Path], last: int) -> list[Path]:
     if last >= len(paths):
-        raise _too_few(folder, len(paths), last)
+        raise _too_few(source, len(paths), last)
     return paths
 
 
@@ -77,9 +80,13 @@ def _numbered(source: Path, wanted: Iterable[int]) -> Iterator[tuple[int, Grey]]
     if source.is_file():
         yield from _of_video(source, numbers)
         return
-    if not source.exists():
+    if source.exists():
+        paths = image_paths(source)
+    elif any(mark in str(source) for mark in "*?"):
+        paths = named_images(source)
+    else:
         raise OSError(f"there is no folder or video '{source}'; check the path")
-    paths = ordered_images(source, numbers[-1])
+    paths = _as_far_as(source, paths, numbers[-1])
     for number in numbers:
         yield number, read_grey(paths[number])
 

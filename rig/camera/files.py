@@ -157,13 +157,25 @@ def open_files(
         If the rate is not positive, or the times do not fit the images.
     """
     _check_rate(rate)
+    paths = named_images(pattern)
+    given = read_times(times, len(paths)) if times is not None else None
+    return ImageSequence(str(pattern), map(read_grey, paths), rate, times=given)
+
+
+def named_images(pattern: str | Path) -> list[Path]:
+    """Return the images that a pattern of names finds, in the order of the numbers in them.
+
+    Raises
+    ------
+    OSError
+        If there is none.
+    """
     base = Path(Path(pattern).anchor)
     found = base.glob(str(Path(pattern).relative_to(base)))
     paths = sorted((path for path in found if path.suffix.lower() in SUFFIXES), key=_in_order)
     if not paths:
         raise OSError(f"no image is called '{pattern}'; PNG, TIFF, BMP and JPEG are read")
-    given = read_times(times, len(paths)) if times is not None else None
-    return ImageSequence(str(pattern), map(read_grey, paths), rate, times=given)
+    return paths
 
 
 def read_times(path: str | Path, count: int) -> list[float]:

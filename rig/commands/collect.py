@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict
-from itertools import islice
+from dataclasses import asdict, replace
+from itertools import islice, starmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.commands.output import console, emit, progress
+from rig.commands.output import console, emit, progress, say, warn
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
+    from models import BenchEstimate
+    from rig.calibration.bench_presses import Listed, ShownPress
     from rig.calibration.collect import Collector, Taken
     from rig.calibration.press_folder import PressFolder
     from rig.calibration.store import Calibration
+    from rig.live.bench import Bench
     from rig.live.snapshot import Snapshot
     from rig.scene import Scene
 
     See = Callable[[Snapshot, Taken | None], None]
 
+PRESSES = 20  # that are asked for
 PATIENCE = 10.0  # s that a scripted press may take; after so many in all the session is given up
 COLUMNS = ("x_mm", "y_mm", "force_n", "found_x_mm", "found_y_mm", "found_force_n")
 SIGMAS = ("sigma_x_mm", "sigma_y_mm", "sigma_force_n", "frames")
@@ -31,11 +35,25 @@ SIGMAS = ("sigma_x_mm", "sigma_y_mm", "sigma_force_n", "frames")
 
 def collect(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
-    presses: Annotated[int, typer.Option(min=9, max=30, help="How many.")] = 20,
+    presses: Annotated[
+        int | None, typer.Option(min=9, max=30, help=f"How many to ask for; {PRESSES} unless said.")
+    ] = None,
     table: Annotated[Path | None, typer.Option(metavar="FILE", help="Write them as CSV.")] = None,
+    listed: Annotated[
+        Path | None,
+        typer.Option(
+            "--list",
+            metavar="LIST.csv",
+            help="Take those of recorded images: press,first_frame,last_frame,x_mm,y_mm,force_n",
+        ),
+    ] = None,
     images: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Keep images and list here, else in SCENE.presses."),
+        typer.Option(
+            metavar="PATH",
+            help="Keep images and list in this folder, else in SCENE.presses; with --list the"
+            " folder or video that has them, else that of the scene.",
+        ),
     ] = None,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep the session in a new file *.h5.")
@@ -53,10 +71,16 @@ def collect(
 
     What was pressed is kept: a collection that was stopped goes on by the same command. In the twin
     a scripted finger presses. Scenes without an estimator of the whole pattern get a map of places
-    and forces instead.
+    and forces instead. With --list the presses of recorded images are taken, and none is asked for.
     """
+    from rig.calibration.collect import require_live
     from rig.commands.run import known
     from rig.scene import load, parse_overrides
+
+    if listed and (presses or record):
+        raise ValueError(
+            "presses of a list are neither asked for nor recorded; leave out --presses and --record"
+        )
 
     overrides = parse_overrides(settings or []) | {"touches.max_touches": 1}
     loaded = load(scene, overrides)
@@ -69,17 +93,77 @@ def collect(
     loaded = load(scene, overrides)
     # What older presses corrected is not applied: these are to say what the bench itself finds.
     calibration = known(scene, loaded).calibration.model_copy(update={"presses": None})
+    if listed:
+        bench_of = _usual if whole else _exact
+        _take_listed(scene, loaded, calibration, bench_of, listed, images, table, keep, as_json)
+        return
+    require_live(loaded)
+    count = presses or PRESSES
     if not whole:
-        taken = _collected(loaded, calibration, presses, record)
+        taken = _collected(loaded, calibration, count, record)
         if table:
-            _write(table, taken)
+            _write(table, map(_row, taken))
         conclude(scene, taken, keep, as_json)
         return
     folder = _press_folder(loaded, images or Path(f"{Path(scene).stem}.presses"))
-    taken = _collected(loaded, calibration, presses, record, folder)
+    taken = _collected(loaded, calibration, count, record, folder)
     if table:
-        _write(table, taken)
+        _write(table, map(_row, taken))
     _identify(scene, loaded, calibration, folder, keep, as_json)
+
+
+def _usual(scene: Scene, calibration: Calibration) -> Bench:
+    """Build a bench of which nothing is known but the scene; presses are to show it."""
+    from rig.calibration.bench_presses import usual_bench
+
+    with progress("plate modes") as report:
+        return usual_bench(scene, calibration, report)
+
+
+def _exact(scene: Scene, calibration: Calibration) -> Bench:
+    """Build a bench as the scene says it is; presses are to show where that is wrong."""
+    from rig.live.bench import build_bench
+
+    with progress("plate modes") as report:
+        built = build_bench(scene, report, calibration)
+    return replace(built, strain=False, max_touches=1)
+
+
+def _take_listed(
+    scene: str,
+    loaded: Scene,
+    calibration: Calibration,
+    bench_of: Callable[[Scene, Calibration], Bench],
+    path: Path,
+    images: Path | None,
+    table: Path | None,
+    keep: bool,
+    as_json: bool,
+) -> None:
+    """Take listed presses out of recorded images, and conclude from them as from live ones."""
+    from rig.calibration.bench_presses import identify_shown, listed_images, read_list
+    from rig.calibration.collect import recorded_images
+    from rig.calibration.listed_presses import known_presses, see_presses
+
+    source, listed = images or recorded_images(loaded), read_list(path)
+    frames = listed_images(loaded, listed, source)
+    bench = bench_of(loaded, calibration)
+    seen = see_presses(bench, listed, frames)
+    for sentence in seen.left_out:
+        warn(f"left out: {sentence}")
+    say(f"{len(seen.shown)} of {len(listed)} presses are taken")
+    if table:
+        _write(table, starmap(_listed_row, seen.shown))
+    if bench.known is None:
+        taken = list(known_presses(seen.shown))
+        if len(taken) < len(seen.shown):
+            warn(f"{len(taken)} of them count: a map needs the place and the force of a press")
+        conclude(scene, taken, keep, as_json)
+        return
+    with progress("the bench") as report:
+        found = identify_shown(bench, seen.chain, seen.shown, (), report)
+    names = [one.press for one, _ in seen.shown]
+    _keep_bench(scene, loaded, found, names, seen.left_out, source, keep, as_json)
 
 
 def _press_folder(scene: Scene, path: Path) -> PressFolder:
@@ -101,20 +185,38 @@ def _identify(
     as_json: bool,
 ) -> None:
     """Find the bench that the presses of a folder show, say it, and put it beside the scene."""
-    from rig.calibration import bench_presses, steps, store
-    from rig.calibration.bench_refusal import require_sound
-    from rig.commands.bench_table import described, table
+    from rig.calibration import bench_presses
 
     listed = folder.listed
     with progress("plate modes") as report:
         given = loaded, calibration, listed, folder.path, (), report
         found = bench_presses.identify_bench(*given)
+    names = [one.press for one in listed]
+    _keep_bench(scene, loaded, found, names, (), folder.path, keep, as_json)
+
+
+def _keep_bench(
+    scene: str,
+    loaded: Scene,
+    found: BenchEstimate,
+    presses: list[str],
+    left_out: Sequence[str],
+    images: Path,
+    keep: bool,
+    as_json: bool,
+) -> None:
+    """Say what bench presses show, and put it beside the scene."""
+    from rig.calibration import steps, store
+    from rig.calibration.bench_refusal import require_sound
+    from rig.commands.bench_table import described, table
+
     path, size = store.beside(scene), steps.plate_of(loaded).size
     require_sound(found, size)
     if keep:
         store.keep(path, found, loaded)
-    said = described(found, [one.press for one in listed], size)
-    said |= {"presses": len(listed), "images": str(folder.path), "kept": keep, "path": str(path)}
+    said = described(found, presses, size)
+    said |= {"presses": len(presses), "left_out": list(left_out), "images": str(images)}
+    said |= {"kept": keep, "path": str(path)}
     emit(table(said), said, as_json)
 
 
@@ -212,10 +314,18 @@ def _ask(
             show((Mark(target.x, target.y, target.force),))
 
 
-def _write(path: Path, taken: Sequence[Taken]) -> None:
+def _row(one: Taken) -> tuple[object, ...]:
+    press = one.press.x, one.press.y, one.press.force
+    return (*press, *one.found.tolist(), *one.sigma.tolist(), one.frames)
+
+
+def _listed_row(one: Listed, shown: ShownPress) -> tuple[object, ...]:
+    """Give the row of a listed press; what the list does not say stays empty."""
+    first, last = one.frames
+    press = *(one.place or ("", "")), one.force
+    return (*press, *shown.touch.tolist(), *shown.sigma.tolist(), last - first + 1)
+
+
+def _write(path: Path, rows: Iterable[tuple[object, ...]]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(COLUMNS + SIGMAS)
-        for one in taken:
-            press = (one.press.x, one.press.y, one.press.force)
-            rows.writerow((*press, *one.found.tolist(), *one.sigma.tolist(), one.frames))
+        csv.writer(file).writerows([COLUMNS + SIGMAS, *rows])

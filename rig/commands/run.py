@@ -283,6 +283,8 @@ def _table(summary: dict[str, Any]) -> Table:
     if recorded := summary["recorded"]:
         table.add_row("recorded frames", f"{recorded['frames']}, {recorded['dropped']} left out")
         table.add_row("recording", recorded["status"])
+    if learned := summary["learned"]:
+        table.add_row("bench", learned["sentence"])
     if summary["diagnosis"]:
         table.add_row("diagnosis", summary["diagnosis"])
     for row in _base_rows(summary.get("base")):

@@ -12,9 +12,10 @@ A bench of which nothing is known but its scene is found from its first touches 
 from __future__ import annotations
 
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from math import hypot, inf
+from typing import Any
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -72,6 +73,25 @@ class Learned:
     weights: int = 0
     force_sigma: float | None = None
     weight: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """How far it has come, for the user."""
+        parts = [f"learned from {self.touches} touch{'es' if self.touches != 1 else ''}"]
+        if self.gathered:
+            parts.append(f"{self.gathered} more gathered")
+        if self.weights:
+            parts.append(f"{self.weights} of known weight")
+        if self.strange:
+            parts.append(f"{self.strange} strange, left aside")
+        if self.force_sigma is not None:
+            parts.append(f"forces known to {100 * self.force_sigma:.1f} %")
+        return ", ".join(parts)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Its figures and what they say, ready for JSON."""
+        return asdict(self) | {"sentence": self.sentence}
 
 
 @dataclass(frozen=True, eq=False)

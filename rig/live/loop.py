@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -192,7 +192,7 @@ class Loop:
             "strain": self.strain_score.summary() if self._from_strain else None,
             "net": self.net_score.summary() if self.bench.net else None,
             "recorded": self._recorder.summary() if self._recorder else None,
-            "learned": asdict(self._learning.learned) if self._learning else None,
+            "learned": self._learning.learned.summary if self._learning else None,
             "diagnosis": self._diagnosing.sentence if self._diagnosing else "",
         }
 

@@ -172,7 +172,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "latency": shot.latency,
         "noise": shot.noise,
         "signs": [asdict(sign) for sign in shot.signs],
-        "learned": asdict(shot.learned) if shot.learned else None,
+        "learned": shot.learned.summary if shot.learned else None,
         "base": asdict(shot.base) if shot.base else None,
         "gestures": [asdict(gesture) for gesture in shot.gestures],
         "taps": [asdict(tap) for tap in shot.recent_taps],

@@ -101,13 +101,8 @@ function showCalibration(parts) {
 function showLearned({ learned, controls }) {
   find("learning").hidden = !learned;
   if (!learned || !changed("learned", [learned, controls])) return;
-  const { touches, gathered, strange, weights, force_sigma, weight } = learned;
-  const parts = [`learned from ${touches} touch${touches === 1 ? "" : "es"}`];
-  if (gathered) parts.push(`${gathered} more gathered`);
-  if (weights) parts.push(`${weights} of known weight`);
-  if (strange) parts.push(`${strange} strange, left aside`);
-  if (force_sigma !== null && force_sigma !== undefined) parts.push(`forces known to ${(100 * force_sigma).toFixed(1)} %`);
-  show("learned", parts.join(", "));
+  const { sentence, weight } = learned;
+  show("learned", sentence);
   find("lay").disabled = find("weight").disabled = !controls;
   show("lay", weight ? `Waits for ${weight} N` : "Lay it now");
 }

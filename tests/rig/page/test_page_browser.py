@@ -295,6 +295,15 @@ def test_every_control_is_high_enough_for_a_finger(page, snapshot, width, height
     assert [(name, high) for name, high in heights if high < lowest] == []
 
 
+def test_the_page_says_how_far_the_learning_has_come(page, snapshot):
+    learned = Learned(3, 2, 0, 1, 0.0213, None)
+    with serve(0) as publisher, feed(publisher, still(snapshot, learned=learned)):
+        open_live(page, publisher)
+        expect(page.locator("#learned")).to_have_text(
+            "learned from 3 touches, 2 more gathered, 1 of known weight, forces known to 2.1 %"
+        )
+
+
 def test_all_cards_of_a_flat_plate_are_seen_at_once_on_a_laptop(page, snapshot):
     stages = tuple((f"stage {number}", 1.0 * number, 2.0 * number) for number in range(7))
     signs = tuple(Sign(f"sign {number}", "good", warns=False) for number in range(6))
