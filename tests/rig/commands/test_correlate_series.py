@@ -110,6 +110,30 @@ def test_the_xdmf_names_data_that_the_file_holds(series, correlate):
             assert [int(n) for n in item.get("Dimensions").split()] == list(file[path].shape)
 
 
+def test_the_xdmf_lays_the_points_into_the_plane_of_the_image(series, correlate):
+    """By the rules of XDMF: dimensions, origin and spacing are those of z, y and x."""
+    correlate("ref.png", "frames", "--out", "o")
+    with h5py.File(series / "o" / "fields.h5") as file:
+        xs, ys, step = file["x"][:], file["y"][:], file.attrs["step"]
+    layer = [1, len(ys), len(xs)]
+
+    def numbers(text):
+        return [int(part) for part in text.split()]
+
+    root = ET.parse(series / "o" / "fields.xdmf").getroot()
+    for k, grid in enumerate(root.findall(".//Grid[@GridType='Uniform']")):
+        assert grid.find("Topology").get("TopologyType") == "3DCoRectMesh"
+        assert numbers(grid.find("Topology").get("Dimensions")) == layer
+        assert grid.find("Geometry").get("GeometryType") == "ORIGIN_DXDYDZ"
+        origin, spacing = (numbers(item.text) for item in grid.findall("Geometry/DataItem"))
+        assert origin == [0, ys[0], xs[0]]
+        assert spacing == [step] * 3
+        for part in grid.findall("Attribute/DataItem"):
+            assert numbers(part.get("Dimensions")) == layer
+            start, stride, count = np.reshape(numbers(part[0].text), (3, 3)).tolist()
+            assert (start, stride, count) == ([k, 0, 0], [1, 1, 1], layer)
+
+
 def test_a_test_that_was_killed_ends_in_the_same_bytes(series, correlate, monkeypatch):
     assert correlate("ref.png", "frames/*.png", "--out", "whole")[0] == 0
     import rig.series.correlate as engine
