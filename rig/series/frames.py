@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from rig.series.content import digest_of
 from rig.series.photograph import Pages, is_coloured, pages_of, read_page, read_photograph
 from rig.system.arrays import AnyArray
 
@@ -34,6 +35,10 @@ class Frames(Protocol):
         """Read a frame (H, W), grey levels; OSError or ValueError in one sentence."""
         ...
 
+    def contents(self) -> tuple[str, ...]:
+        """Digest of the file that holds each frame: equal where the frames are the same."""
+        ...
+
 
 @dataclass(frozen=True)
 class ImageFiles:
@@ -49,6 +54,10 @@ class ImageFiles:
     def read(self, number: int) -> AnyArray:
         """Read the image of a file."""
         return read_photograph(self.paths[number])
+
+    def contents(self) -> tuple[str, ...]:
+        """Digests of the files."""
+        return tuple(digest_of(path) for path in self.paths)
 
 
 @dataclass(frozen=True)
@@ -73,6 +82,10 @@ class TiffPages:
             )
         return read_page(self.path, number)
 
+    def contents(self) -> tuple[str, ...]:
+        """Digest of the file, for each page."""
+        return (digest_of(self.path),) * len(self.names)
+
 
 class Joined:
     """Frames of several sources, one after the other."""
@@ -91,6 +104,10 @@ class Joined:
         """Read a frame of the source that holds it."""
         source = bisect_right(self._first, number) - 1
         return self.sources[source].read(number - self._first[source])
+
+    def contents(self) -> tuple[str, ...]:
+        """Digests of all of them."""
+        return tuple(digest for source in self.sources for digest in source.contents())
 
 
 class Video:
@@ -125,6 +142,10 @@ class Video:
         if not done:
             raise OSError(f"frame {number + 1} of {self._path} cannot be read; convert the video")
         return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+
+    def contents(self) -> tuple[str, ...]:
+        """Digest of the file, for each frame."""
+        return (digest_of(self._path),) * self._count
 
 
 def coloured_file(frames: Frames) -> str | None:

@@ -110,8 +110,11 @@ def _packed(part: Part) -> tuple[dict[str, bytes], str]:
 
 
 def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid, fields: Sequence[str]) -> None:
-    """Describe the fields to ParaView: a grid of nodes over time, by references into the HDF5."""
-    rows, columns = grid.shape
+    """Describe the fields to ParaView: a layer of nodes over time, by references into the HDF5.
+
+    It lies in z = 0 as a VTU of `touchplate export` does: readers set a 2DCoRectMesh on its edge.
+    """
+    shape = 1, *grid.shape
     root = ET.Element("Xdmf", Version="3.0")
     series = ET.SubElement(
         ET.SubElement(root, "Domain"),
@@ -123,35 +126,39 @@ def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid, fields: Sequ
     for number in range(frames):
         one = ET.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
         ET.SubElement(one, "Time", Value=str(number))
-        ET.SubElement(one, "Topology", TopologyType="2DCoRectMesh", Dimensions=f"{rows} {columns}")
-        place = ET.SubElement(one, "Geometry", GeometryType="ORIGIN_DXDY")
-        _numbers(place, (int(grid.ys[0]), int(grid.xs[0])))
-        _numbers(place, (grid.step, grid.step))
+        ET.SubElement(one, "Topology", TopologyType="3DCoRectMesh", Dimensions=_text(shape))
+        place = ET.SubElement(one, "Geometry", GeometryType="ORIGIN_DXDYDZ")
+        _numbers(place, (0, int(grid.ys[0]), int(grid.xs[0])))  # z, y, x, as the dimensions
+        _numbers(place, (grid.step, grid.step, grid.step))
         for name in (*fields, "status"):
-            _slab(one, name, f"{data.name}:/{name}", number, (frames, rows, columns))
+            _slab(one, name, f"{data.name}:/{name}", number, (frames, *grid.shape))
     with export.aside(path) as draft:
         ET.ElementTree(root).write(draft, encoding="utf-8", xml_declaration=True)
 
 
-def _numbers(parent: ET.Element, values: tuple[int, int]) -> None:
-    item = ET.SubElement(parent, "DataItem", Dimensions="2", NumberType="Float", Format="XML")
-    item.text = " ".join(map(str, values))
+def _text(values: Sequence[int]) -> str:
+    return " ".join(map(str, values))
+
+
+def _numbers(parent: ET.Element, values: tuple[int, int, int]) -> None:
+    item = ET.SubElement(parent, "DataItem", Dimensions="3", NumberType="Float", Format="XML")
+    item.text = _text(values)
 
 
 def _slab(
     grid: ET.Element, name: str, place: str, number: int, shape: tuple[int, int, int]
 ) -> None:
-    """Refer to one frame of a data set (F, R, C)."""
-    frames, rows, columns = shape
+    """Refer to one frame of a data set (F, R, C), a layer (1, R, C)."""
+    layer = 1, *shape[1:]
     field = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Node")
-    part = ET.SubElement(field, "DataItem", ItemType="HyperSlab", Dimensions=f"{rows} {columns}")
+    part = ET.SubElement(field, "DataItem", ItemType="HyperSlab", Dimensions=_text(layer))
     corner = ET.SubElement(part, "DataItem", Dimensions="3 3", Format="XML")
-    corner.text = f"{number} 0 0 1 1 1 1 {rows} {columns}"
+    corner.text = _text((number, 0, 0, 1, 1, 1, *layer))
     kind, size = ("Char", "1") if name == "status" else ("Float", "4")
     whole = ET.SubElement(
         part,
         "DataItem",
-        Dimensions=f"{frames} {rows} {columns}",
+        Dimensions=_text(shape),
         Format="HDF",
         NumberType=kind,
         Precision=size,

@@ -43,7 +43,7 @@ def run_series(
 ) -> SeriesOutcome:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read.
 
-    A test that was stopped in this folder goes on. With `follow` the frames are taken in turn and
+    A test that was stopped in this folder goes on, if the frames hold what they held. With `follow` the frames are taken in turn and
     the reference is renewed; with `cluster`, the address of a Dask scheduler, its workers correlate
     them.
 
@@ -56,7 +56,9 @@ def run_series(
     """
     if ref.grid is None:
         raise ValueError("a whole test is correlated on a grid; leave out the points")
-    parts, settings = folder / PARTS, _settings(ref, frames.names, strain) | {"follow": follow}
+    contents = hashlib.sha256(" ".join(frames.contents()).encode()).hexdigest()
+    more = {"contents": contents, "follow": follow}
+    parts, settings = folder / PARTS, _settings(ref, frames.names, strain) | more
     open_parts(parts, settings)
     start = time.perf_counter()
     if follow:

@@ -36,6 +36,11 @@ class SomeFrames:
         """Read one of the chosen ones."""
         return self.source.read(self.numbers[number])
 
+    def contents(self) -> tuple[str, ...]:
+        """Digests of the chosen ones."""
+        contents = self.source.contents()
+        return tuple(contents[number] for number in self.numbers)
+
 
 class ViewedTest:
     """A test that a page looks at; use it in a `with` block.

@@ -110,6 +110,30 @@ def test_the_xdmf_names_data_that_the_file_holds(series, correlate):
             assert [int(n) for n in item.get("Dimensions").split()] == list(file[path].shape)
 
 
+def test_the_xdmf_lays_the_points_into_the_plane_of_the_image(series, correlate):
+    """By the rules of XDMF: dimensions, origin and spacing are those of z, y and x."""
+    correlate("ref.png", "frames", "--out", "o")
+    with h5py.File(series / "o" / "fields.h5") as file:
+        xs, ys, step = file["x"][:], file["y"][:], file.attrs["step"]
+    layer = [1, len(ys), len(xs)]
+
+    def numbers(text):
+        return [int(part) for part in text.split()]
+
+    root = ET.parse(series / "o" / "fields.xdmf").getroot()
+    for k, grid in enumerate(root.findall(".//Grid[@GridType='Uniform']")):
+        assert grid.find("Topology").get("TopologyType") == "3DCoRectMesh"
+        assert numbers(grid.find("Topology").get("Dimensions")) == layer
+        assert grid.find("Geometry").get("GeometryType") == "ORIGIN_DXDYDZ"
+        origin, spacing = (numbers(item.text) for item in grid.findall("Geometry/DataItem"))
+        assert origin == [0, ys[0], xs[0]]
+        assert spacing == [step] * 3
+        for part in grid.findall("Attribute/DataItem"):
+            assert numbers(part.get("Dimensions")) == layer
+            start, stride, count = np.reshape(numbers(part[0].text), (3, 3)).tolist()
+            assert (start, stride, count) == ([k, 0, 0], [1, 1, 1], layer)
+
+
 def test_a_test_that_was_killed_ends_in_the_same_bytes(series, correlate, monkeypatch):
     assert correlate("ref.png", "frames/*.png", "--out", "whole")[0] == 0
     import rig.series.correlate as engine
@@ -135,6 +159,60 @@ def test_a_test_that_was_killed_ends_in_the_same_bytes(series, correlate, monkey
     assert correlate("ref.png", "frames/*.png", "--out", "twice")[0] == 0
     for name in ("fields.h5", "fields.xdmf"):
         assert (series / "twice" / name).read_bytes() == (series / "whole" / name).read_bytes()
+
+
+@pytest.fixture
+def stopped(series, correlate, monkeypatch):
+    """Folder of a test of which one frame is done."""
+    import rig.series.correlate as engine
+
+    kept = engine.write_part
+
+    def stop_after_one(folder, number, *rest):
+        kept(folder, number, *rest)
+        raise OSError("the disk is full")
+
+    with monkeypatch.context() as full:
+        full.setattr(engine, "write_part", stop_after_one)
+        assert correlate("ref.png", "frames", "--out", "o", "--workers", "1")[0] == 2
+    assert path_of(series / "o" / "parts", 0).is_file()
+    return series / "o"
+
+
+def test_frames_of_another_test_with_the_same_names_are_not_gone_on_with(
+    series, stopped, correlate, images
+):
+    (series / "other").mkdir()
+    for path, image in zip(sorted((series / "frames").iterdir()), images, strict=False):
+        changed = image.copy()
+        changed[50:60, 60:80] += 1
+        Image.fromarray(changed).save(series / "other" / path.name)
+    code, _, text = correlate("ref.png", "other", "--out", "o")
+    assert code == 2
+    assert "frames of other names or content; name another with --out" in " ".join(text.split())
+    assert not (stopped / "fields.h5").exists()
+
+
+def test_a_test_goes_on_where_its_frames_have_been_moved_to(series, stopped, correlate):
+    first = path_of(stopped / "parts", 0).stat().st_mtime_ns
+    (series / "frames").rename(series / "moved")
+    for path in (series / "moved").iterdir():
+        path.touch()
+    import rig.series.run as engine
+
+    seen = []
+    with pytest.MonkeyPatch.context() as watched:
+        write = engine.write_result
+        watched.setattr(
+            engine,
+            "write_result",
+            lambda path, parts, *rest: (
+                seen.append(path_of(parts, 0).stat().st_mtime_ns),
+                write(path, parts, *rest),
+            ),
+        )
+        assert correlate("ref.png", "moved", "--out", "o")[0] == 0
+    assert seen == [first]  # that frame was not correlated again
 
 
 def test_parts_of_another_test_are_not_gone_on_with(series, correlate):
