@@ -43,9 +43,9 @@ def run_series(
 ) -> SeriesOutcome:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read.
 
-    A test that was stopped in this folder goes on, if the frames hold what they held. With `follow` the frames are taken in turn and
-    the reference is renewed; with `cluster`, the address of a Dask scheduler, its workers correlate
-    them.
+    A test that was stopped in this folder goes on, if the frames hold what they held. With `follow`
+    the frames are taken in turn and the reference is renewed; with `cluster`, the address of a Dask
+    scheduler, its workers correlate them.
 
     Raises
     ------
