@@ -40,8 +40,8 @@ def open_parts(folder: Path, settings: Mapping[str, object]) -> Path:
             draft.write_text(text, encoding="utf-8")
     elif known.read_text(encoding="utf-8") != text:
         raise OSError(
-            f"folder '{folder.parent}' holds a part of a test with other settings, or with frames of"
-            " other names or content; name another with --out, or pass --force to begin anew"
+            f"folder '{folder.parent}' holds a part of a test with other settings, or with frames"
+            " of other names or content; name another with --out, or pass --force to begin anew"
         )
     return folder
 
