@@ -13,7 +13,6 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from itertools import islice
-from time import monotonic
 from typing import Any, Protocol
 
 PATIENCE = 10.0
@@ -69,7 +68,7 @@ def workers(address: str | None, say: Say = lambda sentence: None) -> Generator[
             "dask is not installed and a scheduler needs it; run pip install 'touchplate[cluster]'"
         )
     from distributed import Client
-    from distributed.comm import resolve_address
+    from distributed.comm.addressing import resolve_address
 
     for name in ("distributed", "distributed.client"):
         # What they say of connections that come and go, an error here says in one sentence.
@@ -95,7 +94,7 @@ class _Crew:
         self.address = address
         self._client, self._say = client, say
         self._known: set[str] = set()
-        self._alone: float | None = None  # since when there is none, s
+        self._found_none = 0  # looks in a row
 
     def threads(self) -> int:
         """Threads of all of them.
@@ -113,22 +112,22 @@ class _Crew:
         return sum(threads.values())
 
     def _require_some(self) -> None:
-        if self._known:
-            self._alone = None
-        elif self._alone is None:
-            self._alone = monotonic()
+        self._found_none = 0 if self._known else self._found_none + 1
+        if self._found_none == 1:
             self._say(f"scheduler {self.address} has no worker; waiting {ALONE:g} s for one")
-        elif monotonic() - self._alone > ALONE:
+        if self._found_none * LOOK > ALONE:
             raise OSError(
                 f"scheduler {self.address} had no worker for {ALONE:g} s; start some with 'dask"
                 f" worker {self.address}' and run again, what was done is kept"
             )
 
     def result(self, future: Any) -> Any:
-        """Wait for a result, with an eye on who works for it."""
-        while not future.done():
+        """Wait for a result, and look from time to time who works for it."""
+        while future.status != "error":
+            # One that is done is waited for longer than a look: it may be large, and on its way; or
+            # it died with its worker, and is to be done again.
             with suppress(TimeoutError):
-                return future.result(timeout=LOOK)
+                return future.result(timeout=ALONE if future.done() else LOOK)
             self.threads()
         return future.result()
 
@@ -138,7 +137,7 @@ def _spread(
 ) -> Iterator[Any]:
     """Keep a window of items on the workers; yield results from its front."""
     from distributed import CancelledError, KilledWorker
-    from distributed.comm import CommClosedError
+    from distributed.comm.core import CommClosedError
 
     try:
         # A task of its own: it reaches each worker once, and is made again if it is lost with one.

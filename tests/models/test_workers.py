@@ -134,13 +134,26 @@ def test_when_no_worker_is_left_it_ends_in_a_sentence_and_what_was_done_is_kept(
 
     wait_for_both(address)
     with (
-        pytest.raises(OSError, match=r"had no worker for 0.5 s; start some with 'dask worker tcp"),
+        pytest.raises(OSError, match=r"had no worker for 0\.5 s; start some with 'dask worker tcp"),
         workers(address, said.append) as each,
     ):
         begin_dataset(path, PLAN, GAUGES, {}).fill(superpose(unit), kill_all, each)
     assert sum("is gone" in sentence for sentence in said) == 2
     assert said[-1] == f"scheduler {address} has no worker; waiting 0.5 s for one"
     assert 2 * BLOCK <= begin_dataset(path, PLAN, GAUGES, {}).found < PLAN.rows
+
+
+def test_results_that_died_with_the_last_worker_are_not_waited_for(cluster, impatient):
+    address, _, crew = cluster
+    wait_for_both(address)
+    with workers(address) as each:
+        results = each(judge, [(n, n) for n in range(8)])
+        next(results)
+        time.sleep(0.5)  # those of the window are done
+        for worker in crew:
+            stop(worker)
+        with pytest.raises(OSError, match=r"had no worker for 0\.5 s"):
+            list(results)
 
 
 def test_a_scheduler_that_never_had_a_worker_is_not_waited_for(scheduler, impatient):
