@@ -153,7 +153,8 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
             return SettingsAdvice(subset, max(subset // 4, 1), reached, speckle)
     raise ValueError(
         f"no subset up to {min(_SIZES[-1], *grey.shape)} px measures to {sigma:g} px at a noise of "
-        f"{noise:g} grey levels; ask for more, or give the pattern more contrast"
+        f"{noise:g} grey levels; give the pattern more contrast or light, or choose the subset"
+        " yourself and take the larger sigma that it has"
     )
 
 

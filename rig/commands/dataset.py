@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from rig.commands.output import Report, console, emit, progress, require_suffix
+from rig.commands.output import Report, console, emit, progress, require_suffix, warn
 from rig.plates.cached import influence, reduced
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.bench import RingSection
@@ -51,7 +51,7 @@ def dataset(
     file = models.begin_dataset(path, plan, gauges, _about(task))
     if file.found:
         console().print(f"{file.found} of {plan.rows} samples are there already")
-    with workers(scheduler) as each:
+    with workers(scheduler, warn) as each:
         with progress("influence") as report:
             answer = _answer(task, gauges, report)
         began = time.monotonic()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.commands.output import emit, progress
+from rig.commands.output import emit, progress, warn
 from rig.scene import load, parse_overrides
 from rig.training.data import TrainingSets, simulate_sets
 from rig.training.descend import descend
@@ -45,7 +45,7 @@ def tune(
         home = Path("results") / Path(scene).stem
         home.mkdir(parents=True, exist_ok=True)
         storage = f"sqlite:///{home / 'search.db'}"
-    with workers(scheduler) as each:
+    with workers(scheduler, warn) as each:
         with progress("influence") as report:
             sets = simulate_sets(plan, report)
         with progress("search") as report:

@@ -55,6 +55,7 @@ def correlate(
     how: Run,
 ) -> None:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read."""
+    from rig.series.correlate import Cluster
     from rig.series.measure import unreadable_net
     from rig.series.run import PARTS, READINGS, remove_earlier, run_series
 
@@ -65,12 +66,12 @@ def correlate(
         shutil.rmtree(parts, ignore_errors=True)
     if not parts.exists():
         require_free(folder, how.force)
+    cluster = Cluster(how.cluster, warn) if how.cluster else None
     say_if_coloured(frames)
     say(ref.prefilter.reason)
     with progress("correlating") as report:
-        done = run_series(
-            folder, ref, frames, regions, strain, how.workers, how.follow, how.cluster, report
-        )
+        where = how.workers, how.follow, cluster
+        done = run_series(folder, ref, frames, regions, strain, *where, report)
     remove_earlier(folder, (READINGS,) if regions.columns else ())
     for name, error in done.errors[:_SHOWN]:
         warn(f"{name}: {error}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -20,6 +21,22 @@ from rig.system.arrays import AnyArray
 from rig.system.in_order import in_order
 
 Report = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Workers of a Dask scheduler.
+
+    Attributes
+    ----------
+    address : str
+        Of the scheduler, as tcp://host:8786.
+    say : callable
+        Takes a sentence where one of them is gone.
+    """
+
+    address: str
+    say: Callable[[str], None] = lambda sentence: None
 
 
 def correlate_frames(
@@ -48,7 +65,7 @@ def correlate_frames(
 
 
 def correlate_on_workers(
-    address: str,
+    cluster: Cluster,
     ref: dic.Reference,
     frames: Frames,
     parts: Path,
@@ -63,7 +80,7 @@ def correlate_on_workers(
     Raises
     ------
     OSError
-        The scheduler cannot be reached or is lost; what was done is kept.
+        The scheduler cannot be reached, is lost or stays without a worker; what was done is kept.
     ValueError
         Dask is not installed.
     """
@@ -73,7 +90,7 @@ def correlate_on_workers(
     missing = [n for n in range(total) if not is_whole(parts, n)]
     report(total - len(missing), total)
     read = (_read(frames, number) for number in missing)
-    with workers(address) as each:
+    with workers(cluster.address, cluster.say) as each:
         fields = each(partial(_fields, ref, strain), read)
         for done, (number, table, error) in enumerate(fields, total - len(missing) + 1):
             write_part(parts, number, table, error)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import dic
 from dic import export
-from rig.series.correlate import correlate_frames, correlate_on_workers
+from rig.series.correlate import Cluster, correlate_frames, correlate_on_workers
 from rig.series.follow import follow_frames
 from rig.series.frames import Frames
 from rig.series.measure import fingerprint_of, kind_of
@@ -38,19 +38,20 @@ def run_series(
     strain: StrainOptions,
     workers: int | None = None,
     follow: bool = False,
-    cluster: str | None = None,
+    cluster: Cluster | None = None,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> SeriesOutcome:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read.
 
     A test that was stopped in this folder goes on, if the frames hold what they held. With `follow`
-    the frames are taken in turn and the reference is renewed; with `cluster`, the address of a Dask
-    scheduler, its workers correlate them.
+    the frames are taken in turn and the reference is renewed; with `cluster` its workers correlate
+    them.
 
     Raises
     ------
     OSError
-        The folder holds parts of another test, or cannot be written; the scheduler is not there.
+        The folder holds parts of another test, or cannot be written; the scheduler is not there,
+        or has no worker.
     ValueError
         The points of the reference lie on no grid.
     """

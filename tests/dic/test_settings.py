@@ -60,7 +60,8 @@ def test_chosen_subset_measures_to_the_sigma_asked_for(large, image, sigma):
 
 def test_a_pattern_too_weak_for_the_camera_is_named(image):
     weak = 128 + 0.01 * (image - 128)
-    with pytest.raises(ValueError, match=r"no subset up to 101 px measures to 0\.001 px"):
+    said = r"no subset up to 101 px measures to 0\.001 px.*; give the pattern .* subset yourself"
+    with pytest.raises(ValueError, match=said):
         dic.recommend_settings(weak, noise=5.0, sigma=0.001)
 
 

@@ -9,10 +9,12 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from distributed import Client
 from PIL import Image
 
 import dic
 from rig import cli
+from rig.series.correlate import Cluster
 from rig.series.frames import open_frames
 from rig.series.regions import Extensometer, Regions
 from rig.series.run import FIELDS, GRID, READINGS, run_series
@@ -73,7 +75,9 @@ def test_the_bytes_are_those_without_a_cluster_though_a_worker_is_killed(cluster
     frames = open_frames(str(folder / "frames"))
     ref = dic.prepare(frames.read(0), 21, 6)
     regions = Regions(extensometer=[Extensometer(name="E", start=(60, 90), end=(220, 90))])
-    heard = []
+    heard, said = [], []
+    with Client(address, set_as_default=False) as client:
+        client.wait_for_workers(2)
 
     def kill_one(done, total):
         heard.append((done, total))
@@ -81,10 +85,11 @@ def test_the_bytes_are_those_without_a_cluster_though_a_worker_is_killed(cluster
             kill(crew[0])
 
     about = (ref, frames, regions, StrainOptions(invariants=True))
-    far = run_series(folder / "far", *about, cluster=address, report=kill_one)
+    far = run_series(folder / "far", *about, cluster=Cluster(address, said.append), report=kill_one)
     here = run_series(folder / "here", *about)
     assert crew[0].poll() is not None
     assert crew[1].poll() is None
+    assert [sentence.endswith("is gone; the others go on") for sentence in said] == [True]
     assert heard == [(n, FRAMES) for n in range(FRAMES + 1)]
     assert [name for name, _ in far.errors] == ["f7.png"]
     assert far.errors == here.errors
@@ -122,6 +127,6 @@ def test_a_scheduler_that_is_not_there_is_one_sentence_and_nothing_is_lost(folde
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         with pytest.raises(OSError, match="cannot be reached"):
-            run_series(folder / "out", *about, cluster=address)
+            run_series(folder / "out", *about, cluster=Cluster(address))
     assert not (folder / "out" / FIELDS).exists()
     assert run_series(folder / "out", *about).frames == FRAMES

@@ -29,7 +29,5 @@ def test_of_each_source_every_frame_has_a_digest(tmp_path):
     images[1].save(tmp_path / "b.tif", save_all=True, append_images=images[2:])
     frames = open_frames(str(tmp_path / "*.*"))
     assert len(frames.contents()) == len(frames.names) == 4
-    assert frames.contents() == (
-        digest_of(tmp_path / "a.png"),
-        *[digest_of(tmp_path / "b.tif")] * 3,
-    )
+    assert frames.contents()[0] == digest_of(tmp_path / "a.png")
+    assert set(frames.contents()[1:]) == {digest_of(tmp_path / "b.tif")}
