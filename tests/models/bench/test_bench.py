@@ -205,9 +205,8 @@ def test_what_a_camera_that_moved_leaves_is_no_bench(forward, true, identified):
         replace(press, measured=press.measured + forward.whitening @ (uneven @ by), moved=by)
         for press, by in zip(presses(forward, true), moved, strict=True)
     ]
-    free = [name for name in NAMES if name not in dict(models.CAMERA)]
     prior = models.bench_before(PLATE)
-    found = models.identify(forward, made, prior, Slanted(forward, uneven), free)
+    found = models.identify(forward, made, prior, Slanted(forward, uneven))
     unknown = models.identify(forward, made, prior)
     sigma = np.sqrt(np.diag(identified.covariance))[:PLATE_NUMBERS]
     known = sigma > 0
