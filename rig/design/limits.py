@@ -124,12 +124,12 @@ def _too_fine(given: Setup) -> str:
     pattern, camera = given.pattern, given.camera
     if pattern.diameter >= FINEST:
         return ""
-    # `touchplate setup` makes speckles as wide as the pixels ask for; a scene names them itself.
     width, height = (int(0.95 * side * pattern.diameter / FINEST) for side in camera.pixels)
     return (
-        f"speckles are {pattern.diameter:g} mm wide, and no printer draws them below {FINEST:g} mm;"
-        f" set pattern.diameter to {FINEST:g} mm or more, or, where it follows from the pixels, set"
-        f" these to {width} x {height} or fewer"
+        f"camera pixels are {camera.pixels[0]} x {camera.pixels[1]} and speckles"
+        f" {pattern.diameter:g} mm wide, and no printer draws them below {FINEST:g} mm; set pixels"
+        f" to {width} x {height} or fewer in `touchplate setup`, where speckles follow from them; in"
+        f" a scene set pattern.diameter to {FINEST:g} mm or more"
     )
 
 
