@@ -128,8 +128,8 @@ def _too_fine(given: Setup) -> str:
     return (
         f"camera pixels are {camera.pixels[0]} x {camera.pixels[1]} and speckles"
         f" {pattern.diameter:g} mm wide, and no printer draws them below {FINEST:g} mm; set pixels"
-        f" to {width} x {height} or fewer in `touchplate setup`, where speckles follow from them; in"
-        f" a scene set pattern.diameter to {FINEST:g} mm or more"
+        f" to {width} x {height} or fewer in `touchplate setup`, where speckles follow from them;"
+        f" in a scene set pattern.diameter to {FINEST:g} mm or more"
     )
 
 
