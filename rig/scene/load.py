@@ -12,6 +12,7 @@ from typing import Any, cast
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
+from rig.scene.kinds import keep_what_stays
 from rig.scene.refusal import SceneError, sentence
 from rig.scene.renamed import with_new_keys
 from rig.scene.scene import Scene
@@ -31,7 +32,9 @@ def load(scene: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene
         Name of a shipped scene ("twin"), or path of a TOML file. A relative path is looked for
         in the working folder and then beside the package.
     overrides
-        Values that replace those of the file, by dotted key: ``{"dic.subset": 31}``.
+        Values that replace those of the file, by dotted key: ``{"dic.subset": 31}``. Where one
+        makes a section another kind, as ``{"source.kind": "files"}`` does, what the file says of
+        that section and the new kind does not know is left out.
 
     Raises
     ------
@@ -42,8 +45,7 @@ def load(scene: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene
     table = _read(path)
     try:
         table = with_new_keys(table)
-        for key, value in _with_new_keys(overrides or {}).items():
-            _override(table, key, value)
+        _override_all(table, overrides or {})
         return Scene.model_validate(table)
     except PydanticCustomError as error:
         raise SceneError(f"{path.name}: {error}") from error
@@ -75,8 +77,7 @@ def with_overrides(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
     """
     table = scene.model_dump(mode="json", exclude_none=True)
     try:
-        for key, value in _with_new_keys(overrides).items():
-            _override(table, key, value)
+        _override_all(table, overrides)
         return Scene.model_validate(table)
     except PydanticCustomError as error:
         raise SceneError(str(error)) from error
@@ -169,6 +170,13 @@ def _dotted(nested: dict[str, Any], depth: int) -> tuple[str, Any]:
         return name, value
     below, value = _dotted(value, depth - 1)
     return f"{name}.{below}", value
+
+
+def _override_all(table: dict[str, Any], overrides: Mapping[str, Any]) -> None:
+    overrides = _with_new_keys(overrides)
+    keep_what_stays(table, overrides, Scene)
+    for key, value in overrides.items():
+        _override(table, key, value)
 
 
 def _override(table: dict[str, Any], key: str, value: Any) -> None:

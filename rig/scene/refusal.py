@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
 
+from rig.scene.kinds import kind_of, models_of
 from rig.scene.quantity import Quantity
 
 BOUNDS = {
@@ -72,7 +73,7 @@ def _walk(
     owner, field = model, None
     members: list[type[BaseModel]] = []
     for step in loc:
-        chosen = [m for m in members if step == _kind(m)]
+        chosen = [m for m in members if step == kind_of(m)]
         if len(members) > 1 and chosen:
             owner, members = chosen[0], chosen
             continue
@@ -81,19 +82,8 @@ def _walk(
             continue
         owner = members[0] if members else owner
         field = owner.model_fields.get(step)
-        members = _models(field.annotation) if field else []
+        members = models_of(field.annotation) if field else []
     return tuple(path), owner, field
-
-
-def _models(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for part in get_args(annotation) for model in _models(part)]
-
-
-def _kind(model: type[BaseModel]) -> str | None:
-    field = model.model_fields.get("kind")
-    return get_args(field.annotation)[0] if field else None
 
 
 def _name(path: Sequence[int | str]) -> str:

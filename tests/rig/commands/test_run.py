@@ -293,6 +293,6 @@ def test_a_twin_that_dies_ends_the_run_with_one_sentence(started, session_of, en
     os.kill(twins[0], signal.SIGKILL)
     out, err = run.communicate(timeout=120)
     assert run.returncode == 2
-    assert out == ""
+    assert json.loads(out)["frames"] >= 1  # what it had seen until then
     assert err.splitlines()[-1] == "touchplate: the twin's process has ended; start the run again"
     assert not ended(pids)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 import rig
-from rig.scene import parse_overrides, shipped
+from rig.scene import parse_overrides, shipped, with_overrides
 from rig.scene.quantity import UNITS, Quantity
 
 PLATE = """
@@ -55,6 +55,30 @@ def test_what_a_file_does_not_name_is_none(plate_file):
     scene = rig.load(plate_file)
     named = {name for name in type(scene).model_fields if getattr(scene, name) is not None}
     assert named == {"title", "plate"}
+
+
+def test_a_section_that_becomes_another_kind_keeps_what_both_know():
+    """What the twin alone knows would be unknown keys of a folder."""
+    twin = rig.load("twin", {"source.script": "random"})
+    scene = with_overrides(twin, {"source.kind": "files", "source.path": "frames/*.tif"})
+    assert scene.source is not None
+    assert scene.source.kind == "files"
+    camera = rig.load("twin", {"source.kind": "opencv", "source.gain": 3})
+    other = with_overrides(camera, {"source.kind": "v4l2"})
+    assert other.source is not None
+    assert (other.source.kind, other.source.gain) == ("v4l2", 3.0)
+
+
+def test_what_the_new_kind_does_not_know_is_refused_where_an_override_names_it():
+    changes = {"source.kind": "files", "source.path": "*.png", "source.script": "random"}
+    with pytest.raises(rig.SceneError, match="unknown key 'script'"):
+        rig.load("twin", changes)
+
+
+def test_edges_become_another_support(plate_file):
+    scene = rig.load(plate_file, {"plate.edges.kind": "supported"})
+    assert scene.plate is not None
+    assert scene.plate.edges.kind == "supported"
 
 
 def test_a_shipped_scene_is_also_found_by_its_path_beside_the_package(tmp_path, monkeypatch):
