@@ -50,12 +50,12 @@ def _section(
     table: dict[str, Any], names: list[str], model: type[BaseModel]
 ) -> tuple[dict[str, Any], list[type[BaseModel]]]:
     """Return a section, empty where the table has none, and the models it may be of."""
-    models = [model]
-    section: Any = table
+    models, section = [model], table
     for name in names:
-        section = section.get(name, {})
+        below: Any = section.get(name, {})
         fields = [m.model_fields[name] for m in models if name in m.model_fields]
         models = [found for field in fields for found in models_of(field.annotation)]
-        if not isinstance(section, dict) or not models:
+        if not isinstance(below, dict) or not models:
             return {}, []
-    return cast("dict[str, Any]", section), models
+        section = cast("dict[str, Any]", below)
+    return section, models
