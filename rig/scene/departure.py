@@ -61,6 +61,14 @@ class DepartureSection(Section):
         0.0, ge=0, lt=0.5, description="fraction of a touch that the plate shows when it has ended"
     )
     fading: Time = Field(20.0, gt=0, description="in which that falls to 1/e, s")
+    creep: Ratio = Field(
+        0.0,
+        ge=0,
+        lt=0.5,
+        description="fraction by which the plate gives more at last under a touch that is held;"
+        " as fast as what is left fades",
+    )
+    pad: Length = Field(0.0, ge=0, description="radius of a finger, mm [as in the scene]")
     turned: tuple[Angle, Angle, Angle] = Field(
         (0.0, 0.0, 0.0), description="turn of the plate under the camera about x, y and z, deg"
     )
@@ -73,9 +81,34 @@ class DepartureSection(Section):
     drift: tuple[Pixels, Pixels] = Field(
         (0.0, 0.0), description="motion of the camera in a minute, x and y, px"
     )
+    tilting: tuple[Angle, Angle] = Field(
+        (0.0, 0.0),
+        description="turn of the plate under the camera in a minute, about x and y, deg",
+    )
     gamma: Ratio = Field(
         1.0, ge=0.2, le=5, description="grey levels are the light to the power of 1/gamma"
     )
     vignetting: Ratio = Field(
         0.0, ge=0, lt=0.9, description="fraction of the light that the corners of the image lack"
+    )
+    brighter: Little = Field(
+        0.0, description="fraction by which the light has grown since the reference was taken"
+    )
+    shadow: Ratio = Field(
+        0.0, ge=0, lt=0.95, description="fraction of the light that a shadow takes which wanders"
+    )
+    flicker: Ratio = Field(
+        0.0, ge=0, lt=0.3, description="standard deviation of the light from frame to frame"
+    )
+    defocus: Pixels = Field(
+        0.0, ge=0, le=20, description="blur since the reference was taken, standard deviation, px"
+    )
+    hand: Length = Field(
+        0.0, ge=0, description="width of the arm that is seen of whoever presses, mm"
+    )
+    clamps: Ratio = Field(
+        0.0, ge=0, le=10, description="light of what is seen beside the plate, 1 as its ground"
+    )
+    fixed_pattern: Ratio = Field(
+        0.0, ge=0, lt=50, description="what each pixel adds to every frame, grey levels"
     )

@@ -7,8 +7,8 @@ and what is wrong with it stands in no calibration but that of presses.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from math import exp, inf, radians
+from dataclasses import dataclass, fields, replace
+from math import exp, expm1, inf, radians
 
 import numpy as np
 
@@ -22,12 +22,14 @@ from rig.scene.source import TwinSection
 from rig.sources import script
 from rig.sources.script import Script
 from rig.sources.scripted_states import ScriptedStates, scripted_states
+from rig.sources.surroundings import Surrounded, Surroundings
 from rig.system import cache
-from rig.system.arrays import F32, F64, Grey
+from rig.system.arrays import F64, Grey
 
 ELEMENTS = 40  # along the longer side
 SIDES = ("west", "east", "south", "north")
 MINUTE = 60.0  # s
+INSTANTS = 3  # at which a plate is solved while the rows of an image are read
 FORGOTTEN = 4.0  # times the time of fading, after which nothing of a touch is left
 
 
@@ -42,8 +44,8 @@ class RealTwin:
     warper : synthetic.Warper
         The pattern as the true camera sees it on the flat plate.
     sensor : synthetic.Sensor
-    light : (H, W) float32
-        What reaches the sensor of an even light, 0 to 1.
+    view : Surrounded
+        Light, lens, hand and dirt.
     script : Script
     rate : float, frames a second
     seed : int
@@ -52,18 +54,22 @@ class RealTwin:
         Of the disc that a touch presses.
     rest : int
         Frames in which the plate stands still before its script begins.
+    readout : float, s
+        In which the rows of an image are read, its first row before the time of the frame; 0 for
+        all at once.
     """
 
     departure: DepartureSection
     states: ScriptedStates
     warper: synthetic.Warper
     sensor: synthetic.Sensor
-    light: F32
+    view: Surrounded
     script: Script
     rate: float
     seed: int
     radius: float
     rest: int = 0
+    readout: float = 0.0
 
     def time(self, sequence: int) -> float:
         """Time of the script at frame `sequence`, s."""
@@ -74,23 +80,49 @@ class RealTwin:
         return self.states.pressed(self.time(sequence))
 
     def displacement(self, sequence: int, touches: tuple[fe.Touch, ...]) -> F64:
-        """Displacement (K, 3) mm of the points of the warper from a flat plate."""
+        """Displacement (K, 3) mm of the points of the warper from a flat plate.
+
+        Each point has it when its row is read. Touches that are not those of the script stay as
+        they are while all rows are read.
+        """
         time = self.time(sequence)
-        return (
-            self.states.plate.at_rest + self.states.displacement(time, touches) + self._left(time)
-        )
+        if not self.readout or touches != self.touches(sequence):
+            return self._moved(time, touches)
+        instants = np.linspace(time - self.readout / 2, time + self.readout / 2, INSTANTS)
+        moved = [
+            self._moved(at, self.states.pressed(at)) for at in np.maximum(instants, 0.0).tolist()
+        ]
+        return synthetic.while_read(moved, self.warper.read_at)
+
+    def _moved(self, time: float, touches: tuple[fe.Touch, ...]) -> F64:
+        from_rest = self.states.displacement(time, touches)
+        moved = self.states.plate.at_rest + from_rest + self._left(time) + self._crept(time)
+        return self._tilted(moved, time)
+
+    def _tilted(self, moved: F64, time: float) -> F64:
+        """Turn the plate under a camera whose stand gives, (K, 3) mm."""
+        about_x, about_y = (radians(speed) * time / MINUTE for speed in self.departure.tilting)
+        if not (about_x or about_y):
+            return moved
+        a, b = self.warper.plate
+        x, y = (self.warper.points - (a / 2, b / 2)).T
+        return moved + np.column_stack([np.zeros((len(moved), 2)), about_x * y - about_y * x])
 
     def frame(self, sequence: int, touches: tuple[fe.Touch, ...], out: Grey | None = None) -> Grey:
         """Image of the touched plate, (H, W), the same for the same arguments."""
-        minutes = self.time(sequence) / MINUTE
-        x, y = (minutes * speed for speed in self.departure.drift)
-        return self.photograph(self.displacement(sequence, touches), sequence, (x, y), out)
+        time = self.time(sequence)
+        x, y = (time / MINUTE * speed for speed in self.departure.drift)
+        moved = self.displacement(sequence, touches)
+        since = time if sequence > self.rest else None
+        return self.photograph(moved, sequence, (x, y), since, touches, out)
 
     def photograph(
         self,
         displacement: F64,
         number: int,
         shift: tuple[float, float] = (0.0, 0.0),
+        since: float | None = None,
+        touches: tuple[fe.Touch, ...] = (),
         out: Grey | None = None,
     ) -> Grey:
         """Take an image (H, W) of points that moved from a flat plate, (K, 3) mm.
@@ -103,12 +135,18 @@ class RealTwin:
             Of the image: its noise follows from it.
         shift : (float, float), px
             Of the camera.
+        since : float or None, s
+            Time after the reference; None while that is taken.
+        touches : tuple of fe.Touch
+            Fingers whose hands are seen.
         out : (H, W) uint8, optional
             Reused when given.
         """
         rng = np.random.default_rng((self.seed, number))
         self.warper.render(displacement, None, None, shift=shift)
-        image = np.asarray(self.sensor.capture(self.warper.light * self.light, rng, out), np.uint8)
+        light = self.view.expose(self.warper.light, since, touches, rng)
+        image = np.asarray(self.sensor.capture(light, rng, out), np.uint8)
+        image[:] = self.view.soil(image)
         if self.departure.gamma != 1.0:
             image[:] = _bent(self.departure.gamma)[image]
         return image
@@ -123,6 +161,16 @@ class RealTwin:
                 if age < FORGOTTEN * self.departure.fading:
                     size = self.departure.leftover * exp(-age / self.departure.fading)
                     total += size * one.field
+        return total
+
+    def _crept(self, time: float) -> F64:
+        """Add up by how much the plate gives under touches that are held, (K, 3) mm."""
+        total = np.zeros((len(self.warper.points), 3))
+        within = time % self.states.length
+        for one in self.states.lasting if self.departure.creep else ():
+            age = within - one.start
+            if age >= 0.0 and within < one.end:
+                total += self.departure.creep * -expm1(-age / self.departure.fading) * one.field
         return total
 
 
@@ -198,6 +246,11 @@ def true_camera(
     return varied(said, (plate.size[0] / 2, plate.size[1] / 2, 0.0), numbers)
 
 
+def surroundings(departure: DepartureSection) -> Surroundings:
+    """Return what surrounds plate and camera."""
+    return Surroundings(**{one.name: getattr(departure, one.name) for one in fields(Surroundings)})
+
+
 def build_real_twin(
     sections: tuple[PlateSection, CameraSection, PatternSection, SensorSection],
     source: TwinSection,
@@ -218,7 +271,7 @@ def build_real_twin(
     departure : DepartureSection
     play : Script
     radius : float, mm
-        Of each touch.
+        Of each touch, as the scene has it.
     report : callable
         Called with how many of how many states are solved.
 
@@ -228,6 +281,7 @@ def build_real_twin(
         If no such plate or camera can be.
     """
     plate, camera, pattern, sensor = sections
+    radius = departure.pad or radius
     true = true_plate(plate.build(), departure)
     view = true_camera(camera.build(plate), true, departure)
     height = view.face_height(true.thickness)
@@ -250,16 +304,10 @@ def build_real_twin(
         states=states,
         warper=warper,
         sensor=sensor.build(),
-        light=_vignetted(view.size, departure.vignetting),
+        view=Surrounded(surroundings(departure), view, true.size, height, source.seed),
         script=play,
         rate=camera.rate,
         seed=source.seed,
         radius=radius,
+        readout=camera.readout if camera.row_time else 0.0,
     )
-
-
-def _vignetted(size: tuple[int, int], loss: float) -> F32:
-    """Light that reaches each pixel, (H, W)."""
-    x, y = (np.linspace(-1.0, 1.0, length) for length in size)
-    away = (x**2 + y[:, None] ** 2) / 2.0
-    return (1.0 - loss * away).astype(np.float32)

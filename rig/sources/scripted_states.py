@@ -91,11 +91,12 @@ class Lasting:
 
     Attributes
     ----------
-    end : float, s
-        When it is gone, in the script.
+    start, end : float, s
+        When it lands and when it is gone, in the script.
     field : (K, 3) float64, mm
     """
 
+    start: float
     end: float
     field: F64
 
@@ -165,7 +166,7 @@ def scripted_states(
     states = _solved(plate, [*(one for each in nodes for one in each), *ends], report)
     parts = [np.stack([states[touches] for touches in each]) for each in nodes]
     lasting = [
-        Lasting(press.start + press.duration, plate.linear(touches) + states[touches])
+        Lasting(press.start, press.start + press.duration, plate.linear(touches) + states[touches])
         for press, touches in zip(presses, ends, strict=True)
     ]
     given = tuple(zip(found, parts, strict=True)), tuple(lasting)

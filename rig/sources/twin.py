@@ -133,8 +133,7 @@ def open_play(
     Raises
     ------
     ValueError
-        See `build_twin` and `build_bent_twin`; or if rows are read one after the other on a bench
-        that is otherwise.
+        See `build_twin`, `build_real_twin` and `build_bent_twin`.
     """
     match scene:
         case Scene(
@@ -156,11 +155,6 @@ def open_play(
             sensor=SensorSection() as sensor,
             source=TwinSection(departure=DepartureSection() as departure) as source,
         ):
-            if camera.row_time:
-                raise ValueError(
-                    f"camera.row_time is {1e6 * camera.row_time:g} µs, and a twin with"
-                    " source.departure shows all rows at once; leave one of them out"
-                )
             play = _script(source, plate, scene.touches, camera.rate)
             radius = scene.touches.radius if scene.touches else 0.0
             sections = plate, camera, pattern, sensor

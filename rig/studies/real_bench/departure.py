@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, radians
 
 import fe
+from rig.sources.surroundings import Surroundings
 
 SCENE = """
 title = "A bench that is not quite as it is said"
@@ -77,6 +78,12 @@ class RealBench:
     rolling : float
         Change of the force while an image is read, a fraction of it, one way or the other; 0 for a
         global shutter.
+    pad : float, mm
+        Radius of the finger; the scene's touches are points.
+    surroundings : Surroundings
+        Light, lens, hand and dirt.
+    full_well : float or None, electrons
+        Of the span of the grey levels; None for a camera without shot noise.
     said_thickness : float, mm
         As the scene has it.
     said_edges : str
@@ -90,6 +97,9 @@ class RealBench:
     gamma: float = 1.0
     below: bool = False
     rolling: float = 0.0
+    pad: float = 0.0
+    surroundings: Surroundings = field(default_factory=Surroundings)
+    full_well: float | None = None
     said_thickness: float = SAID.thickness
     said_edges: str = CLAMPED
 
@@ -139,6 +149,20 @@ DEPARTURES: dict[str, RealBench] = {
     "camera drifts by 1 px": RealBench(moved=(2e-4, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0)),
 }
 """Each thing alone, by its name."""
+
+SURROUNDED: dict[str, RealBench] = {
+    "20 % brighter": RealBench(surroundings=Surroundings(brighter=0.2)),
+    "shadow of 40 %": RealBench(surroundings=Surroundings(shadow=0.4)),
+    "flicker of 3 %": RealBench(surroundings=Surroundings(flicker=0.03)),
+    "defocus of 1 px": RealBench(surroundings=Surroundings(defocus=1.0)),
+    "vignetting of 30 %": RealBench(surroundings=Surroundings(vignetting=0.3)),
+    "finger pad of 5.5 mm": RealBench(pad=5.5),
+    "a hand of 60 mm": RealBench(surroundings=Surroundings(hand=60.0)),
+    "bright clamps": RealBench(surroundings=Surroundings(clamps=2.0)),
+    "shot noise of 4000 electrons": RealBench(full_well=4000.0),
+    "fixed pattern of 3 grey levels": RealBench(surroundings=Surroundings(fixed_pattern=3.0)),
+}
+"""What lies between the plate and its image, and the finger, each alone."""
 
 _TWO_GIVING = fe.Edges(
     fe.Elastic(inf, 2000.0, 60.0), fe.Elastic(inf, 1500.0, 80.0), fe.Free(), fe.Free()

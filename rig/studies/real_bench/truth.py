@@ -14,13 +14,14 @@ from fe.elements.rise import rise
 from fe.reduced.karman import Deflected, Karman
 from fe.reduced.training import pressure
 from models.forward.camera_change import varied
+from rig.sources.surroundings import Surrounded
 from rig.studies.real_bench.departure import SAID, RealBench
 from rig.system.arrays import F64, Grey
 
 _ELEMENTS = 40
 _PIXELS = (1024, 1024)
-_SENSOR = synthetic.Sensor(noise=2.0, bits=8)
-_MEAN = synthetic.Sensor(noise=0.4, bits=8)  # of 25 images
+_NOISE, _MEAN_NOISE = 2.0, 0.4  # grey levels, of an image and of the mean of 25
+_BETWEEN = 0.37  # s from image to image of a session
 _MIDDLE = (127.0, 127.0, 0.0)
 
 
@@ -65,6 +66,12 @@ class Truth:
             return self.at_rest
         return self._seen(np.add(self.bench.camera, self.bench.moved))
 
+    @cached_property
+    def surrounded(self) -> Surrounded:
+        """Light, lens, hand and dirt."""
+        camera = self.later.camera
+        return Surrounded(self.bench.surroundings, camera, SAID.size, self.height, self.seed)
+
     def _seen(self, numbers: F64) -> synthetic.Warper:
         return _seen(tuple(numbers.tolist()), self.height, self.seed)
 
@@ -74,16 +81,19 @@ class Truth:
 
     def photograph(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
         """Photograph the touched plate; `before` is what moved it last, (K, 3) mm."""
-        return self._after(self.while_read(touches, number), before, number)
+        return self._after(self.while_read(touches, number), before, touches, number)
 
     def held(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
         """Photograph a plate that is touched and held so, as `photograph` does."""
-        return self._after(self.displacement(self.later.points, touches), before, number)
+        moved = self.displacement(self.later.points, touches)
+        return self._after(moved, before, touches, number)
 
-    def _after(self, moved: F64, before: F64 | None, number: int) -> Grey:
+    def _after(
+        self, moved: F64, before: F64 | None, touches: tuple[fe.Touch, ...], number: int
+    ) -> Grey:
         if before is not None:
             moved = moved + self.bench.leftover * before
-        return self.image(moved, number)
+        return self._image(self.later, moved, number, touches=touches, since=_BETWEEN * number)
 
     def while_read(self, touches: tuple[fe.Touch, ...], number: int) -> F64:
         """Displacement of the points of an image, each when its row is read, (K, 3) mm.
@@ -117,16 +127,22 @@ class Truth:
 
     def mean_image(self, moved: F64, *number: int) -> Grey:
         """Photograph them many times, and give the mean of the images."""
-        return self._image(self.later, moved, *number, sensor=_MEAN)
+        return self._image(self.later, moved, *number, noise=_MEAN_NOISE)
 
     def _image(
         self,
         view: synthetic.Warper,
         moved: F64,
         *number: int,
-        sensor: synthetic.Sensor = _SENSOR,
+        noise: float = _NOISE,
+        touches: tuple[fe.Touch, ...] = (),
+        since: float | None = None,
     ) -> Grey:
-        linear = view.render(moved, sensor, np.random.default_rng((self.seed, *number)))
+        rng = np.random.default_rng((self.seed, *number))
+        sensor = synthetic.Sensor(noise=noise, bits=8, full_well=self.bench.full_well)
+        view.render(moved, None, None)
+        light = self.surrounded.expose(view.light, since, touches, rng)
+        linear = self.surrounded.soil(np.asarray(sensor.capture(light, rng), np.uint8))
         if self.bench.gamma == 1.0:
             return linear
         bent = 255.0 * (linear / 255.0) ** (1.0 / self.bench.gamma)
@@ -146,8 +162,9 @@ class Truth:
     def solved(self, touches: tuple[fe.Touch, ...]) -> Deflected:
         """Solve the plate under touches; any truth of the same plate can show it."""
         if touches not in self.states:
+            pads = tuple(replace(one, radius=self.bench.pad) for one in touches)
             self.states.clear()
-            self.states[touches] = self.karman.solve(pressure(self.karman, touches))
+            self.states[touches] = self.karman.solve(pressure(self.karman, pads))
         return self.states[touches]
 
     def shown(self, points: F64, state: Deflected | None) -> F64:

@@ -185,6 +185,55 @@ def test_a_touch_leaves_a_part_that_fades(small_real):
         np.testing.assert_allclose(moved, size * field, atol=2e-4)
 
 
+def test_a_plate_gives_more_under_a_touch_that_is_held(small_real):
+    twin = small_real(creep=0.05, fading=2.0, leftover=0.0)
+    plate = twin.states.plate
+    twin = replace(
+        twin, states=scripted_states(plate, PRESSES[:1], lambda time: (), 6.0, lambda *now: None)
+    )
+    field = plate.pressed([fe.Touch(127.0, 0.4 * 203.0, 3.0)])
+    for seconds, held in ((0.9, False), (1.4, True), (2.9, True), (3.1, False)):
+        number = round(seconds * twin.rate)
+        age = number / twin.rate - 1.0
+        size = 0.05 * (1.0 - np.exp(-age / 2.0)) if held else 0.0
+        moved = twin.displacement(number, ()) - plate.at_rest
+        np.testing.assert_allclose(moved, size * field, atol=2e-4)
+
+
+def test_a_stand_that_gives_turns_the_plate_under_its_camera(small_real):
+    twin = small_real(tilting=("0.02 deg", "-0.03 deg"), leftover=0.0)
+    points = twin.warper.points
+    moved = twin.displacement(round(30.0 * twin.rate), ()) - twin.states.plate.at_rest
+    x, y = (points - (127.0, 101.5)).T
+    about_x, about_y = np.radians([0.01, -0.015])
+    np.testing.assert_allclose(moved[:, 2], about_x * y - about_y * x, atol=1e-9)
+    assert not moved[:, :2].any()
+
+
+def test_rows_of_a_real_bench_are_read_one_after_the_other(small_real, monkeypatch):
+    monkeypatch.setitem(SMALL, "camera.row_time", "300 µs")
+    twin = small_real(leftover=0.0)
+    states = replace(twin.states, pressed=played, parts=())
+    twin = replace(twin, states=states, script=played)
+    number = round(1.1 * twin.rate)
+    time, plate = number / twin.rate, states.plate
+    moved = twin.displacement(number, twin.touches(number)) - plate.at_rest
+    fraction, half = twin.warper.read_at, twin.readout / 2
+    assert twin.readout == pytest.approx(300e-6 * 159)
+    for row in (-0.5, 0.0, 0.5):
+        here = np.abs(fraction - row) < 1e-3
+        if here.any():
+            true = plate.pressed(played(time + 2 * row * half))
+            np.testing.assert_allclose(moved[here], true[here], atol=2e-4)
+    steady = twin.displacement(number, (fe.Touch(60.0, 60.0, 2.0),)) - plate.at_rest
+    np.testing.assert_allclose(steady, plate.pressed([fe.Touch(60.0, 60.0, 2.0)]), atol=1e-9)
+
+
+def test_a_pad_is_as_wide_as_the_bench_has_it(small_real):
+    assert small_real(pad="5.5 mm").radius == 5.5
+    assert small_real().radius == 0.0
+
+
 def test_a_loop_hears_how_far_the_bench_is_prepared():
     here, there = multiprocessing.Pipe()
     source = TwinSource(here, np.zeros((6, 3, 4), np.uint8), np.full(6, -1))
