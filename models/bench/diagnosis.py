@@ -42,8 +42,8 @@ _PLATE = {name for name, _ in fe.BENCH_PARAMETERS}
 # Standard deviations of χ² above its mean: one cause does not explain all.
 _UNUSUAL = 6.0
 NO_CAUSE = (
-    "something is in the way, the pattern is worn, or touches are other than the theory has them;"
-    " clear the view, press with one finger, or calibrate the bench"
+    "touches are other than the theory has them, or what hides the pattern is too small to be seen;"
+    " press with one finger, or calibrate the bench"
 )
 """What may be wrong where nothing of the bench explains it."""
 # χ² by which another cause may explain less than the best and be named with it.

@@ -23,7 +23,7 @@ from rig.live.known_bench import KnownBench
 from rig.live.registration import Registered, jumped, register, strangeness
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
-from rig.system.arrays import F32, F64
+from rig.system.arrays import F32, F64, Mask
 from rig.system.timing import Stopwatch
 
 PLACE, FORCE = 0.3, 0.02
@@ -261,6 +261,8 @@ class ShownPress(NamedTuple):
         Of one frame.
     evident : bool
         Whether a frame like it would show a touch by itself, and not only where one is sought.
+    hidden : (T,) bool
+        Tiles that do not show the pattern.
     """
 
     touch: F64
@@ -270,6 +272,7 @@ class ShownPress(NamedTuple):
     moved: F64 | None
     errors: models.MotionErrors
     evident: bool
+    hidden: Mask
 
 
 def shown_press(chain: Chain, one: Listed, image: F32) -> ShownPress:
@@ -328,7 +331,7 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
     moved, errors = pattern.uncorrected(seen.motion), chain.motion_errors(seen.motion, seen.hidden)
     sigma = np.sqrt(np.diag(estimate.touch_covariance(0)))
     evident = estimator.fit_whitened(white).count > 0
-    return ShownPress(touch, sigma, white, whitening, moved, errors, evident)
+    return ShownPress(touch, sigma, white, whitening, moved, errors, evident, seen.hidden)
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:

@@ -13,7 +13,7 @@ from rig.commands.output import emit, progress
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models import Diagnosis
+    from rig.calibration.bench_causes import SeenCauses
 
 
 def diagnose(
@@ -40,11 +40,12 @@ def diagnose(
     emit(_table(found), _data(found), as_json)
 
 
-def _table(found: Diagnosis) -> Table:
+def _table(seen: SeenCauses) -> Table:
     from rich.table import Table
 
+    found = seen.diagnosis
     title = f"χ² as described {found.chi2:.0f}, of {found.freedom}"
-    table = Table("cause", "χ²", "p-value", "largest number", title=title, caption=found.sentence)
+    table = Table("cause", "χ²", "p-value", "largest number", title=title, caption=seen.sentence)
     for cause in found.causes:
         table.add_row(cause.name, f"{cause.chi2:.0f}", _probability(cause.p_value), cause.largest)
     return table
@@ -56,9 +57,11 @@ def _probability(p_value: float) -> str:
     return f"{p_value:.1g}" if p_value >= smallest else f"< {smallest:.0g}"
 
 
-def _data(found: Diagnosis) -> dict[str, Any]:
+def _data(seen: SeenCauses) -> dict[str, Any]:
+    found = seen.diagnosis
     return {
-        "sentence": found.sentence,
+        "sentence": seen.sentence,
+        "behind": seen.behind,
         "chi2": found.chi2,
         "freedom": found.freedom,
         "p_value": found.p_value,

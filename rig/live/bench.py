@@ -15,6 +15,7 @@ from models import ImageMotions, bench_before, prepare_motions
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, prepare_chain
+from rig.live.hidden_parts import HiddenParts
 from rig.live.known_bench import KnownBench, motions_on_bench, require_bench
 from rig.live.plate_in_time import PlateInTime, in_time, require_own_modes
 from rig.live.strain_chain import StrainChain, prepare_strain, with_touches
@@ -123,6 +124,11 @@ class Bench:
     def reference_frames(self) -> int:
         """Frames averaged into the reference."""
         return self.dic.reference_frames
+
+    @property
+    def hidden_parts(self) -> HiddenParts:
+        """What hides the pattern, before any frame."""
+        return HiddenParts.of(self.motions.tiles, self.camera, self.height)
 
     def prepare_all(self, reference: ReferenceFrame) -> PreparedBench:
         """Prepare all that a frame goes through.

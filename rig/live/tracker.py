@@ -103,6 +103,7 @@ class FrameProcessor:
         with watch.stage("track"):
             followed = self._tracks.follow(frame_estimate.estimate, frame.captured)
         self._tracks, identities, events = followed
+        self._hidden = self._hidden.followed(frame_estimate.hidden)
         self._state, self._captured = frame_estimate.state, frame.captured
         known = {track.identity: track for track in self._tracks.tracks}
         tracks = tuple(known[identity] for identity in identities)
@@ -149,10 +150,11 @@ class FrameProcessor:
         if frame_estimate.unusable_reason:
             return frame_estimate.unusable_reason
         said, fraction = _count(frame_estimate.estimate), frame_estimate.hidden_fraction
+        behind = self._hidden.sentence(frame_estimate.hidden)
         if fraction > SLIGHT:
-            said += f"; {fraction:.0%} of the pattern is hidden"
+            said += f"; {fraction:.0%} of the pattern is hidden: {behind}"
         if not is_consistent(frame_estimate.estimate):
-            said += f", but the image does not fit{_why(frame_estimate, cause)}"
+            said += f", but the image does not fit{_why(fraction, behind, cause)}"
         if caution := self._caution(frame_estimate):
             said += f"; {caution}"
         return said
@@ -177,20 +179,21 @@ class FrameProcessor:
     def _begin(self) -> None:
         """Start from a plate at rest, and know no touch."""
         self._state, self._tracks = at_rest(self.chain), Tracks()
+        self._hidden = self._bench.hidden_parts
         self._captured: float | None = None
 
 
-def _why(frame_estimate: FrameEstimate, cause: str) -> str:
-    """Say why touches do not explain a frame, as far as is known."""
-    if frame_estimate.hidden_fraction > SLIGHT:
-        return ": something is in the way"
+def _why(hidden_fraction: float, behind: str, cause: str) -> str:
+    """Say why touches do not explain a frame, as far as is known and not said yet."""
+    if hidden_fraction > SLIGHT:
+        return ""
     if cause:
         return f". {cause}"
-    if frame_estimate.hidden.any():
-        return ": a part of the pattern is not seen, something small lies there or it is worn"
+    if behind:
+        return f": {behind}"
     return (
-        ": is something in the way, the pattern worn, or the bench not as the scene says"
-        " (touchplate diagnose)?"
+        ": the bench is not as the scene says, or touches are other than the theory has them"
+        " (touchplate diagnose)"
     )
 
 

@@ -24,7 +24,7 @@ import fe
 import models
 import rig
 from fe.reduced.karman import Deflected
-from rig.calibration.bench_causes import TOUCHES, diagnosed
+from rig.calibration.bench_causes import TOUCHES, diagnosed, shown_touches
 from rig.calibration.bench_presses import usual_bench
 from rig.calibration.store import Calibration
 from rig.live.baseline import average_reference
@@ -96,7 +96,8 @@ class Drawn:
 
     def diagnosis(self, number: int) -> models.Diagnosis:
         """Diagnose one drawing of touches and noise."""
-        return diagnosed(self.bench, self.chain, self._images(number), lambda done, total: None)
+        shown = shown_touches(self.chain, self._images(number))
+        return diagnosed(self.bench, self.chain, shown, lambda done, total: None)
 
     def _images(self, number: int) -> Iterator[tuple[str, Grey]]:
         rng, points = np.random.default_rng((self.truth.seed, 5, number)), self.truth.later.points

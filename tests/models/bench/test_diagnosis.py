@@ -147,4 +147,4 @@ def test_touches_that_nothing_of_the_bench_explains_are_said_to_be_that(forward)
     ]
     found = models.diagnose(forward, behind, models.bench_before(PLATE))
     assert not found.explained
-    assert "something is in the way, the pattern is worn" in found.sentence or found.named
+    assert "touches are other than the theory has them" in found.sentence or found.named

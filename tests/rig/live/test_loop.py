@@ -343,15 +343,10 @@ def test_a_cause_that_is_named_stands_in_frames_that_do_not_fit(start, monkeypat
     ("hidden", "p_value", "cause", "says"),
     [
         (0, 0.5, CAUSE, "no touch"),
-        (30, 0.5, CAUSE, "no touch; 30% of the pattern is hidden"),
-        (30, 1e-9, CAUSE, "30% of the pattern is hidden, but the image does not fit: something is"),
-        (
-            1,
-            1e-9,
-            "",
-            "does not fit: a part of the pattern is not seen, something small lies there",
-        ),
-        (0, 1e-9, "", "does not fit: is something in the way, the pattern worn, or the bench not"),
+        (30, 0.5, CAUSE, "no touch; 30% of the pattern is hidden: BEHIND"),
+        (30, 1e-9, CAUSE, "30% of the pattern is hidden: BEHIND, but the image does not fit"),
+        (1, 1e-9, "", "does not fit: BEHIND"),
+        (0, 1e-9, "", "does not fit: the bench is not as the scene says, or touches are other"),
         (0, 1e-9, CAUSE, f"does not fit. {CAUSE}"),
     ],
 )
@@ -362,6 +357,7 @@ def test_a_sentence_says_what_is_known_of_a_misfit(hidden, p_value, cause, says)
         hidden=np.arange(100) < hidden,
         hidden_fraction=hidden / 100,
     )
-    follower = SimpleNamespace(_caution=lambda found: "")
+    behind = SimpleNamespace(sentence=lambda hidden: "BEHIND" if hidden.any() else "")
+    follower = SimpleNamespace(_caution=lambda found: "", _hidden=behind)
     said = FrameProcessor.sentence(follower, found, cause)
     assert said.endswith(says) if p_value == 0.5 else says in said
