@@ -137,11 +137,11 @@ def behind(parts: HiddenParts, shown: Sequence[ShownPress]) -> str:
     for one in shown:
         parts = parts.followed(one.hidden)
     passing = [one.hidden & ~parts.worn for one in shown]
-    most = max(passing, key=np.count_nonzero)
+    largest = max(passing, key=np.count_nonzero)
     said = [parts.sentence(parts.worn)] if parts.worn.any() else []
-    if most.mean() > SLIGHT:
+    if largest.mean() > SLIGHT:
         count = sum(bool(one.mean() > SLIGHT) for one in passing)
-        said.append(f"in {count} of {len(shown)} images {parts.sentence(most)}")
+        said.append(f"in {count} of {len(shown)} images {parts.sentence(largest)}")
     return "; ".join(said)
 
 
