@@ -1,4 +1,4 @@
-"""What hides the pattern is named by its size and place, and a worn place told from a hand."""
+"""What hides the pattern is named by its size and place; a worn place is no hand."""
 
 from types import SimpleNamespace
 
