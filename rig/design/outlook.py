@@ -30,7 +30,8 @@ from rig.design.setup import Setup, setup_of
 from rig.design.unknowns import Unknowns, unknowns
 from rig.plates.cached import modal as modal_plate
 from rig.scene import Scene
-from rig.scene.sensing import PatternEstimator, StrainEstimator
+from rig.scene.described import described
+from rig.scene.sensing import StrainEstimator
 from rig.scene.theory import Theory, choose, largest_force
 
 
@@ -198,7 +199,7 @@ def search_for(scene: Scene, place: float, force: float | None) -> Found:
 
 def in_modes(scene: Scene, theory: Theory, given: Setup) -> fe.ModalPlate | None:
     """Return the plate in modes, where touches are large or the bench is not known exactly."""
-    if theory.name == "linear" and not _usual(scene):
+    if theory.name == "linear" and described(scene) == "exact":
         return None
     return modal_plate(given.plate.build(), lambda done, total: None)
 
@@ -208,13 +209,8 @@ def bent(theory: Theory, modal: fe.ModalPlate | None) -> fe.ModalPlate | None:
     return None if theory.name == "linear" else modal
 
 
-def _usual(scene: Scene) -> bool:
-    """Whether a scene takes its bench as benches usually are."""
-    return isinstance(scene.estimator, PatternEstimator) and scene.estimator.bench == "usual"
-
-
 def _unknowns(scene: Scene, now: Prediction, modal: fe.ModalPlate) -> Unknowns | None:
-    if not _usual(scene):
+    if described(scene) == "exact":
         return None
     weakest, strongest = scene.touches.force if scene.touches else (UNIT, UNIT)
     return unknowns(now, modal, (weakest * strongest) ** 0.5)

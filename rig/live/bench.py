@@ -23,6 +23,7 @@ from rig.live.touch_start import touch_net_of
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
+from rig.scene.described import described
 from rig.scene.plate import PlateSection
 from rig.scene.sensing import DicSection, NetEstimator, PatternEstimator, StrainEstimator
 from rig.scene.theory import Theory, choose, largest_force
@@ -216,7 +217,7 @@ def build_bench(
     plate, camera, dic, estimator = _live_parts(scene)
     flat, theory = plate.build(), choose(scene, plate, largest_force(scene))
     view = camera_view(plate, camera, calibration)
-    known = _known(flat, view, estimator, calibration)
+    known = _known(flat, view, scene, calibration)
     require_own_modes(scene, theory.name, exact=known is None)
     require_bench(camera, exact=known is None)
     net = _net(scene, theory)  # read first: a wrong file is not to be found out after a minute
@@ -301,7 +302,7 @@ def camera_view(
 def _known(
     flat: fe.Plate,
     view: synthetic.AnyCamera,
-    estimator: PatternEstimator | NetEstimator,
+    scene: Scene,
     calibration: Calibration | None,
 ) -> BenchEstimate | None:
     """Return what is known of a bench by presses, or before any; None where it counts as exact.
@@ -309,10 +310,8 @@ def _known(
     Before presses a camera that was calibrated is known as well as boards have left it.
     """
     known = calibration.known_bench() if calibration else None
-    if known is not None or not isinstance(estimator, PatternEstimator):
+    if known is not None or described(scene) == "exact":
         return known
-    if estimator.bench != "usual":
-        return None
     calibrated = calibration.camera() if calibration else None
     if calibration and calibrated and calibrated.size == view.size:
         return calibration.bench_before(flat)

@@ -135,7 +135,7 @@ def _refuse(scene: Scene, camera: CameraSection, estimator: PatternEstimator) ->
         "projector": scene.projector is not None,
         "dynamics": scene.dynamics is not None,
         "camera.row_time": camera.row_time > 0,
-        "estimator.bench": estimator.bench != "exact",
+        "estimator.bench": estimator.bench == "usual",
         "estimator.start": estimator.start != "search",
     }
     for key, named in unable.items():

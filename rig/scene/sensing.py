@@ -54,10 +54,11 @@ class PatternEstimator(Section):
 
     kind: Literal["pattern"] = Field(description="what touches are estimated from")
     modes: Count = Field(200, ge=10, le=2000, description="vibration modes that carry the field")
-    bench: Literal["exact", "usual"] = Field(
-        default="exact",
+    bench: Literal["exact", "usual"] | None = Field(
+        default=None,
         description="plate, edges and camera are just as the scene says, or as they usually are in"
-        " a lab: what is not known of them then enters every σ",
+        " a lab: what is not known of them then enters every σ [usual; exact of a twin that is as"
+        " the scene says]",
     )
     start: str = Field(
         default="search",
