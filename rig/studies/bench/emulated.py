@@ -335,6 +335,7 @@ window = 5
 reference_frames = 16
 [estimator]
 kind = "pattern"
+bench = "exact"
 modes = 200
 [source]
 kind = "v4l2"

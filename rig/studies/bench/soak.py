@@ -43,6 +43,7 @@ SMALL = {
     "dic.tile": "8",
     "dic.subset": "25",
     "estimator.modes": "100",
+    "estimator.bench": "exact",
     "page.viewers": "machine",
     "page.port": "0",
 }

@@ -62,6 +62,7 @@ def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images, kind):
     settings = SMALL | {
         "source": f'{{kind = "{kind}", exposure = "10 ms"}}',
         "camera.rate": 15,
+        "estimator.bench": "exact",
         "outputs.websocket.port": 0,
     }
     arguments = [f"--set={key}={value}" for key, value in settings.items()]
