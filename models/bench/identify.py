@@ -72,7 +72,7 @@ _USUAL = 1.0  # presses that what a usual plate remembers counts as
 def identify(
     forward: BenchForward,
     presses: Sequence[Press],
-    prior: BenchEstimate,
+    priors: BenchEstimate,
     look: Look | None = None,
     free: Sequence[str] = NAMES,
     progress: Callable[[int, int], object] | None = None,
@@ -85,14 +85,14 @@ def identify(
         On the bench that is described.
     presses : sequence of Press
         In the order in which they were made.
-    prior : BenchEstimate
+    priors : BenchEstimate
         What is known beforehand.
     look : Look, optional
         Where the numbers of the camera are to be found too.
     free : sequence of str
-        Names of the numbers to find. The others stay as the prior has them, values and covariance:
-        presses are explained by all numbers, and those found are as uncertain as the others leave
-        them.
+        Names of the numbers to find. The others stay as the priors have them, values and
+        covariance: presses are explained by all numbers, and those found are as uncertain as the
+        others leave them.
     progress : callable, optional
         Called with the turns done and their number.
 
@@ -106,14 +106,14 @@ def identify(
     ValueError
         There is no press, or a name is none of `BENCH`.
     """
-    asked = pose(presses, prior, look, free, forward).free
-    problem = pose(presses, prior, look, NAMES, forward)
+    asked = pose(presses, priors, look, free, forward).free
+    problem = pose(presses, priors, look, NAMES, forward)
     whole = np.array_equal(asked, problem.free)
     state = start(problem)
-    bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
+    bench, terms = replace(priors, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
     problem = without_uneven(problem, presses, on)
-    causes = causes_among(problem.free, prior.measured) if prior.is_prior and whole else []
+    causes = causes_among(problem.free, priors.measured) if priors.is_prior and whole else []
     for turn in range(_LIMIT):
         before = state.values
         problem = weighed(problem, on, state, bench.discrepancy)
@@ -141,7 +141,7 @@ def identify(
     normal, _, _ = reduced(problem, state, terms, 0.0)
     if whole:
         return _described(solved, normal)
-    return _partly(solved, _without_limits(solved, normal), prior, asked)
+    return _partly(solved, _without_limits(solved, normal), priors, asked)
 
 
 class _Solved(NamedTuple):
