@@ -12,6 +12,7 @@ import models
 import rig
 from models.bench.diagnosis import Cause, Diagnosis
 from rig.calibration import bench_presses, store
+from rig.calibration.bench_causes import SeenCauses
 from rig.calibration.collect import Taken
 from rig.commands import collect, diagnose
 from rig.commands.bench_table import described, table
@@ -112,7 +113,11 @@ def test_a_p_value_that_is_too_small_for_a_number_is_not_none():
         for name, p_value in (("one", 0.0), ("other", 3e-7))
     )
     plate = fe.Plate((254.0, 180.0), 1.0, 3000.0, 0.38)
-    table = diagnose._table(Diagnosis(90.0, 30, causes, models.bench_before(plate), plate))
+    found = Diagnosis(90.0, 30, causes, models.bench_before(plate), plate)
+    worn = SeenCauses(found, "the pattern is worn over 20 × 10 mm about (30, 40) mm")
+    table = diagnose._table(worn)
+    assert worn.sentence.endswith(". The pattern is worn over 20 × 10 mm about (30, 40) mm.")
+    assert table.caption == worn.sentence
     assert list(table.columns[2].cells) == ["< 2e-308", "3e-07"]
 
 

@@ -143,4 +143,4 @@ def test_what_nothing_of_the_bench_explains_is_said(forward, chain):
     ]
     diagnosing = Diagnosing(None, 16, waits=True)
     follow(diagnosing, [*shown, shown[0]], chain)
-    assert diagnosing.sentence.startswith("Nothing of the bench alone explains it: something is in")
+    assert diagnosing.sentence.startswith("Nothing of the bench alone explains it: touches are")
