@@ -8,7 +8,7 @@ import numpy as np
 
 from dic.adaptive.blocks import SCALES, BlockField, denoise
 from dic.adaptive.cracks import part, still_torn
-from dic.adaptive.motion import carried, start_motion
+from dic.adaptive.motion import TERMS, carried, start_motion
 from dic.adaptive.observation import TileTexture, box, observe, tile_texture
 from dic.adaptive.tile_lattice import TILE, TileLattice, lay_lattice
 from dic.adaptive.unexplained import unexplained_variance
@@ -71,7 +71,8 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
     field = denoise(seen.moved, seen.sigma, seen.valid, None)
     earlier = field.sigma[:, 0]
     for _ in range(_PASSES):
-        before, motion, earlier = motion, carried(field), field.sigma[:, 0]
+        before, earlier = motion, field.sigma[:, 0]
+        motion = carried(field, before, texture.known & ~torn)
         torn = still_torn(torn, field.values)
         moved = np.abs(motion[:, 0] - before[:, 0]) > _MOVED * seen.sigma
         seen = observe(ref, texture, spline, motion, torn)
@@ -153,7 +154,8 @@ def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:
     valid = valid & np.isfinite(seen).all(axis=0) & np.isfinite(noise).all(axis=0)
     seen, noise = (np.where(valid, array, 0.0) for array in (seen, noise))
     first = denoise(seen, noise, valid, None)
-    field = denoise(seen, noise, valid, carried(first)[:, 0])
+    rest = np.zeros((2, TERMS, *shape))
+    field = denoise(seen, noise, valid, carried(first, rest, valid)[:, 0])
     return AdaptiveTiles(
         lattice=TileLattice((TILE // 2, TILE // 2), (shape[0], shape[1])),
         seen=seen,

@@ -6,7 +6,7 @@ import numpy as np
 
 from dic.adaptive.blocks import BlockField
 from dic.adaptive.tile_lattice import TILE, TileLattice
-from dic.arrays import F64, I64
+from dic.arrays import F64, I64, Mask
 from dic.correlation import dense_motion
 from dic.fields.displacement import DisplacementField
 
@@ -47,8 +47,24 @@ def _nearest(places: F64, line: I64 | F64) -> I64:
     return np.clip(index, 0, len(line) - 1)
 
 
-def carried(field: BlockField) -> F64:
-    """Motion (2, 6, R, C) of a field on tiles, px; where it has none, that of the nearest tile."""
+def carried(field: BlockField, before: F64, known: Mask) -> F64:
+    """Take the motion of a field to all tiles, (2, 6, R, C) px.
+
+    Parameters
+    ----------
+    field : BlockField
+    before : (2, 6, R, C) float64, px
+        The motion so far.
+    known : (R, C) bool
+        Tiles with a pattern that no crack cuts. Those that touch are one part of the pattern.
+
+    Returns
+    -------
+    (2, 6, R, C) float64, px
+        A tile of which the field says nothing has the motion of the nearest one, if that is of the
+        same part. What moves beyond a gap says nothing of a part that is too small for a block:
+        it keeps the motion that it had.
+    """
     motion = np.concatenate([field.values, _bends(field.values)], axis=1)
     motion[:, 1:3] /= TILE
     motion[:, 3:] /= TILE**2
@@ -56,8 +72,8 @@ def carried(field: BlockField) -> F64:
     if valid.all():
         return motion
     if not valid.any():
-        return np.zeros_like(motion)
-    from scipy.ndimage import distance_transform_edt
+        return before.copy()
+    from scipy.ndimage import distance_transform_edt, label
 
     nearest = distance_transform_edt(~valid, return_distances=False, return_indices=True)
     row, column = np.asarray(nearest)
@@ -65,6 +81,9 @@ def carried(field: BlockField) -> F64:
     motion = motion[:, :, row, column]
     motion[:, 3:, ~valid] = 0.0
     motion[:, 0] += TILE * (motion[:, 1] * (here[1] - column) + motion[:, 2] * (here[0] - row))
+    part = np.asarray(label(known)[0])
+    apart = known & ~valid & (part != part[row, column])
+    motion[..., apart] = before[..., apart]
     return motion
 
 

@@ -17,7 +17,12 @@ from numpy.typing import ArrayLike
 from dic.arrays import AnyArray
 from dic.correlation import dense_motion, point_status
 from dic.correlation.deformed_image import DeformedImage, read_parts, read_whole
-from dic.correlation.iteration import iterate_field, iterate_points, unsettled
+from dic.correlation.iteration import (
+    begin_again,
+    iterate_field,
+    iterate_points,
+    unsettled,
+)
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.correlation.start import nowhere, start
@@ -110,4 +115,5 @@ def _iterate(
             iterate_field(ref, ref.grid, frame.pixels, points)
             usable = unsettled(ref, points)
         iterate_points(ref, frame, points, usable)
+        iterate_points(ref, frame, points, begin_again(ref, points, begun))
     return points, frame

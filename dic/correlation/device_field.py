@@ -27,6 +27,7 @@ from dic.correlation.iteration import (
     HOPE,
     MAX_PASSES,
     PATIENCE,
+    begin_again,
     iterate_points,
     may_grow,
     unsettled,
@@ -65,11 +66,11 @@ class DeviceField:
         """Measure a frame; see `dic.correlate`."""
         ref = self._ref
         with self._one_by_one:
-            points = self._start(image, guess)
-            if isinstance(points, Start):
-                return point_status.displacement_field(ref, *nowhere(ref, image, points))
+            begun = self._start(image, guess)
+            if isinstance(begun, Start) and not begun.anywhere:
+                return point_status.displacement_field(ref, *nowhere(ref, image, begun))
             frame = self._read(image)
-            points, alone = self._iterate(frame, points)
+            points, alone = self._iterate(frame, begun)
             if alone is not None:
                 points = device_points.put_points(self._known, alone)
             numbers = np.asarray(self._measure(*frame, *points)[0].cpu().numpy())
@@ -83,23 +84,22 @@ class DeviceField:
     ) -> tuple[Points, DeformedImage]:
         """Iterate the points on a frame, and bring them back."""
         with self._one_by_one:
-            points = self._start(image, guess)
-            if isinstance(points, Start):
-                return nowhere(self._ref, image, points)
+            begun = self._start(image, guess)
+            if isinstance(begun, Start) and not begun.anywhere:
+                return nowhere(self._ref, image, begun)
             frame = self._read(image)
-            points, alone = self._iterate(frame, points)
+            points, alone = self._iterate(frame, begun)
             return alone or points.on_host(), _on_host(image, frame)
 
     def _start(
         self, image: AnyArray, guess: DisplacementField | ArrayLike | None
     ) -> DevicePoints | Start:
-        """Return the points at the start, or why there is none."""
+        """Return the points of a guess that lie on the device already, or where they start."""
         if isinstance(guess, DisplacementField) and guess.u.shape == self._ref.xy.shape[:1]:
             points = device_points.put_field(self._known, guess, self._ref.order)
             if points is not None:
                 return points
-        begun = start(self._ref, image, guess, self._ref.status == Status.OK)
-        return device_points.put_start(self._known, begun) if begun.anywhere else begun
+        return start(self._ref, image, guess, self._ref.status == Status.OK)
 
     def _read(self, image: AnyArray) -> DeviceImage:
         import torch
@@ -112,9 +112,23 @@ class DeviceField:
         return DeviceImage(grey, spline, clipping_at)
 
     def _iterate(
-        self, frame: DeviceImage, points: DevicePoints
+        self, frame: DeviceImage, begun: DevicePoints | Start
     ) -> tuple[DevicePoints, Points | None]:
         """Iterate the field; and bring it back if some of its points had to go on alone."""
+        known = self._known
+        points = device_points.put_start(known, begun) if isinstance(begun, Start) else begun
+        points, moving = self._together(frame, points)
+        parted = isinstance(begun, Start) and begun.alone is not None
+        if not moving and not parted:
+            return points, None
+        alone, there = points.on_host(), _on_host(None, frame)
+        iterate_points(self._ref, there, alone, unsettled(self._ref, alone))
+        if isinstance(begun, Start):
+            iterate_points(self._ref, there, alone, begin_again(self._ref, alone, begun))
+        return points, alone
+
+    def _together(self, frame: DeviceImage, points: DevicePoints) -> tuple[DevicePoints, int]:
+        """Iterate the field until hardly a point moves; and how many still do."""
         moving, held = 0, -1
         for passes in range(MAX_PASSES):
             # What a pass costs hardly depends on how many points still move.
@@ -122,19 +136,14 @@ class DeviceField:
             points = DevicePoints(*state)
             moving, flat, count, lost = map(int, counts.cpu().numpy())
             if moving == 0 and not may_grow(count, held, lost):
-                return points, None
+                break
             if passes >= PATIENCE and flat > HOPE * count:
                 break
             held = count
             if count < len(good):
                 filled = device_points.fill(self._known, points.motion, good)
                 points = points._replace(motion=filled)
-        if moving == 0:
-            return points, None
-        alone = points.on_host()
-        waiting = unsettled(self._ref, alone)
-        iterate_points(self._ref, _on_host(None, frame), alone, waiting)
-        return points, alone
+        return points, moving
 
     def _one_pass(self, spline: Tensor, *state: Tensor) -> tuple[Tensor, ...]:
         """Step all points; count those found that move, are flat, are all, and those lost."""

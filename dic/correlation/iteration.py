@@ -9,6 +9,7 @@ from dic.correlation import dense_motion, frame_moments, point_status
 from dic.correlation.deformed_image import DeformedImage
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
+from dic.correlation.start import Start
 from dic.fields.displacement import Status
 from dic.fields.grid import Grid
 
@@ -51,6 +52,19 @@ def unsettled(ref: Reference, points: Points) -> Mask:
     if np.count_nonzero(usable) > FEW * len(usable):
         usable &= ~point_status.is_flat(ref, points)
     return usable
+
+
+def begin_again(ref: Reference, points: Points, begun: Start) -> Mask:
+    """Put points of small parts that were lost back to where they began, (N,) bool.
+
+    What moves around such a part reaches into the dense motion between its points.
+    """
+    if begun.alone is None:
+        return np.zeros(len(ref.xy), bool)
+    lost = begun.alone & ~point_status.is_correlated(ref, points)
+    points.motion[lost], points.still[lost] = begun.motion(ref.order)[lost], False
+    points.zncc[lost], points.change[lost] = np.nan, np.nan
+    return lost
 
 
 def may_grow(count: int, held: int, lost: int) -> bool:

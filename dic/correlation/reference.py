@@ -23,10 +23,12 @@ from dic.images.spline import noise_slope, prefilter, spline_gradient
 
 if TYPE_CHECKING:
     from dic.correlation.device_field import DeviceField
+    from dic.correlation.islands import Islands
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _FAR = 5.0  # σ of the mean square that noise has there
 _HALF = 0.5  # of the median: what is steeper is like the rest
+_ENOUGH = 0.5  # fraction of the inner half that the ROI must leave to call it without pattern
 _LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
 
 
@@ -125,10 +127,22 @@ class Reference:
             raise ValueError("reference names no device; prepare a grid with device='cuda'")
         return DeviceField(self, self.grid, self.device)
 
+    @cached_property
+    def islands(self) -> Islands | None:
+        """Parts of the ROI that are too small for a template, found when first asked for."""
+        from dic.correlation.islands import find_islands
+
+        return find_islands(self)
+
     @property
     def half(self) -> int:
         """(subset - 1)/2, px."""
         return self.subset // 2
+
+    @property
+    def margin(self) -> int:
+        """By which the pixels that are used stay within the ROI, px."""
+        return _margin(self.prefilter.sigma)
 
 
 def prepare(
@@ -234,9 +248,13 @@ def _inner(weight: Mask, sigma: float) -> Mask:
         return weight
     from scipy.ndimage import binary_erosion
 
-    reach = _LEAK + round(2 * sigma)
+    reach = _margin(sigma)
     square = np.ones((2 * reach + 1, 2 * reach + 1), dtype=bool)
     return np.asarray(binary_erosion(weight, square, border_value=1), dtype=bool)
+
+
+def _margin(sigma: float) -> int:
+    return _LEAK + round(2 * sigma)
 
 
 def _texture(image: AnyArray, weight: Mask) -> F32:
@@ -271,13 +289,15 @@ def _without_bare(
     """Name FLAT the points with no pattern of their own, such as those in a hole near its rim.
 
     The rim alone can be followed, but it says nothing of the place of the point. Noise has a
-    gradient as well, whose mean square over n pixels is known to 2/√n of it.
+    gradient as well, whose mean square over n pixels is known to 2/√n of it. Where the ROI, and not
+    the pattern, leaves too little about the point, it is EXCLUDED.
     """
     usable = status == Status.OK
     if not usable.any():
         return status
     steepness = np.square(texture[0]) + np.square(texture[1])
     own = box_sums(steepness, centres[usable], half // 2)
+    used = box_sums(texture[3], centres[usable], half // 2)
     pixels = box_areas(centres[usable], half // 2, steepness.shape)
     own /= pixels
     variance = np.nan_to_num(noise) ** 2 * gaussian_power(sigma)
@@ -285,9 +305,10 @@ def _without_bare(
     # A pattern that is itself white is taken for noise; it is so everywhere.
     usual = np.median(own)
     by_noise = np.minimum((1.0 + _FAR * 2.0 / np.sqrt(pixels)) * of_noise, _HALF * usual)
-    bare = own < np.maximum(_BARE * usual, by_noise)
+    bare, left_out = own < np.maximum(_BARE * usual, by_noise), used < _ENOUGH * pixels
     status = status.copy()
     status[np.flatnonzero(usable)[bare]] = Status.FLAT
+    status[np.flatnonzero(usable)[bare & left_out]] = Status.EXCLUDED
     return status
 
 

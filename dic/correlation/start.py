@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dic.arrays import F64, I64, AnyArray, Mask
-from dic.correlation import features, seeds
+from dic.correlation import features, islands, seeds
 from dic.correlation.deformed_image import DeformedImage, read_parts
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
@@ -32,12 +32,15 @@ class Start(NamedTuple):
     known : (N,) bool
     repeats : bool
         The pattern repeats, so that none is known.
+    alone : (N,) bool or None
+        Points of small parts of the ROI, whose motion is their own; None where there are none.
     """
 
     shift: F64
     gradient: F64 | None
     known: Mask
     repeats: bool
+    alone: Mask | None = None
 
     @property
     def anywhere(self) -> bool:
@@ -65,9 +68,13 @@ def start(
     """
     if guess is None:
         places, found, known, repeats = _search(ref, image.astype(np.float32), usable)
-        shift, gradient = np.zeros((len(known), 2)), np.zeros((len(known), 2, 2))
-        shift[places], gradient[places] = found[:, :, 0], found[:, :, 1:]
-        return Start(shift, gradient if ref.order else None, known, repeats)
+        motion, alone = np.zeros((len(known), 2, 3)), None
+        motion[places] = found
+        if ref.islands is not None and not repeats:
+            grey = image.astype(np.float32)
+            motion, known, alone = islands.search(ref, ref.islands, grey, motion, known)
+        gradient = motion[:, :, 1:] if ref.order else None
+        return Start(motion[:, :, 0], gradient, known, repeats, alone)
     given = _read_guess(ref, guess)
     known = np.isfinite(given.sum(axis=1))
     if not known.any():
