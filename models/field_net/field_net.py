@@ -24,6 +24,7 @@ from models.arrays import F32, F64, Mask
 from models.field_net.inputs import corrected, net_inputs
 from models.field_net.store import FieldNet, load_field_net
 from models.field_net.unet import run
+from models.nets.on_device import read_device, run_on
 
 SHIPPED = Path(__file__).with_name("weights.npz")
 _AROUND = 9  # tiles, over which a correction is compared with what was seen
@@ -52,7 +53,9 @@ class NetField:
     reason: str
 
 
-def net_field(ref: Reference, image: ArrayLike, net: FieldNet | None = None) -> NetField:
+def net_field(
+    ref: Reference, image: ArrayLike, net: FieldNet | None = None, device: str | None = None
+) -> NetField:
     """Measure the displacement of every point of a grid, corrected by the field net.
 
     Parameters
@@ -62,11 +65,15 @@ def net_field(ref: Reference, image: ArrayLike, net: FieldNet | None = None) -> 
     image : (H, W) uint8, uint16 or float, grey levels
     net : FieldNet, optional
         The shipped one if left out.
+    device : str, optional
+        Where torch runs the net, such as "cuda"; that of the reference if left out, or else
+        torch's CPU.
 
     Raises
     ------
     ValueError
-        As `dic.correlate`; the points are scattered; or torch is not installed.
+        As `dic.correlate`; the points are scattered; torch is not installed, or cannot use the
+        device.
 
     Notes
     -----
@@ -81,6 +88,7 @@ def net_field(ref: Reference, image: ArrayLike, net: FieldNet | None = None) -> 
             "the adaptive field"
         )
     start = correlate(ref, image)
+    place = read_device(device, ref.device)
     tiles = adaptive_tiles(ref, image, start)
     if tiles is None:
         return adaptive_alone(adaptive_field(ref, image, start), TOO_SMALL)
@@ -88,7 +96,7 @@ def net_field(ref: Reference, image: ArrayLike, net: FieldNet | None = None) -> 
         taken = net or shipped_net()
     except (OSError, ValueError) as error:
         return adaptive_alone(tiles_at_points(start, tiles), str(error))
-    better, known = correct_tiles(tiles, taken)
+    better, known = correct_tiles(tiles, taken, place)
     found = tiles_at_points(start, better)
     by_net = known.ravel()[tiles.lattice.nearest(found.xy)] & found.valid
     return NetField(found, by_net, _reason(by_net, found.valid))
@@ -101,8 +109,17 @@ def adaptive_alone(found: DisplacementField, why: str) -> NetField:
     return NetField(found, none, f"all points are of the adaptive field: {reason}")
 
 
-def correct_tiles(tiles: AdaptiveTiles, net: FieldNet) -> tuple[AdaptiveTiles, Mask]:
+def correct_tiles(
+    tiles: AdaptiveTiles, net: FieldNet, device: str = "cpu"
+) -> tuple[AdaptiveTiles, Mask]:
     """Correct the field of tiles.
+
+    Parameters
+    ----------
+    tiles : AdaptiveTiles
+    net : FieldNet
+    device : str
+        Where torch runs the net.
 
     Returns
     -------
@@ -111,7 +128,7 @@ def correct_tiles(tiles: AdaptiveTiles, net: FieldNet) -> tuple[AdaptiveTiles, M
         Where the net has spoken.
     """
     inputs = net_inputs(tiles)
-    said = evaluate(net, inputs)
+    said = evaluate(net, inputs, device)
     rows, columns = tiles.valid.shape
     better = corrected(tiles, said)
     strange = np.any((inputs < net.low) | (inputs > net.high), axis=(0, 1))
@@ -123,14 +140,9 @@ def correct_tiles(tiles: AdaptiveTiles, net: FieldNet) -> tuple[AdaptiveTiles, M
     return replace(tiles, values=values, sigma=sigma), known & np.isfinite(values[0, 0])
 
 
-def evaluate(net: FieldNet, inputs: F32) -> F32:
+def evaluate(net: FieldNet, inputs: F32, device: str = "cpu") -> F32:
     """Run the net: (B, 9, R, C) float32 of inputs, (B, 6, R, C) of outputs."""
-    import torch
-
-    weights = {name: torch.from_numpy(array) for name, array in net.weights.items()}  # pyright: ignore[reportUnknownMemberType]
-    with torch.inference_mode():
-        out = run(weights, torch.from_numpy(inputs))  # pyright: ignore[reportUnknownMemberType]
-    return np.asarray(out.numpy())  # pyright: ignore[reportUnknownMemberType]
+    return run_on(device, run, net.weights, inputs)
 
 
 @cache

@@ -19,6 +19,7 @@ from models.image_net.features import STRIDE
 from models.image_net.refine import RefinedCells, refine
 from models.image_net.store import ImageNet, load_image_net
 from models.image_net.warped_pair import CELL, first_motion, image_pair
+from models.nets.on_device import read_device
 
 SHIPPED = Path(__file__).with_name("weights.npz")
 _SMALLEST = 4 * STRIDE * CELL  # px along a side of an image
@@ -27,7 +28,9 @@ _REFINED = (
 )  # fmt: skip
 
 
-def image_net_field(ref: Reference, image: ArrayLike, net: ImageNet | None = None) -> NetField:
+def image_net_field(
+    ref: Reference, image: ArrayLike, net: ImageNet | None = None, device: str | None = None
+) -> NetField:
     """Measure the displacement of every point of a grid, refined by the image net from the images.
 
     Parameters
@@ -37,11 +40,15 @@ def image_net_field(ref: Reference, image: ArrayLike, net: ImageNet | None = Non
     image : (H, W) uint8, uint16 or float, grey levels
     net : ImageNet, optional
         The shipped one if left out.
+    device : str, optional
+        Where torch runs the net, such as "cuda"; that of the reference if left out, or else
+        torch's CPU.
 
     Raises
     ------
     ValueError
-        As `dic.adaptive_field`; the points are scattered; or torch is not installed.
+        As `dic.adaptive_field`; the points are scattered; torch is not installed, or cannot use the
+        device.
 
     Notes
     -----
@@ -58,6 +65,7 @@ def image_net_field(ref: Reference, image: ArrayLike, net: ImageNet | None = Non
             "the adaptive field"
         )
     found = adaptive_field(ref, image)
+    place = read_device(device, ref.device)
     if found.grid is None:
         raise ValueError(
             "the image net refines the field of a grid, got scattered points; prepare a grid"
@@ -69,7 +77,7 @@ def image_net_field(ref: Reference, image: ArrayLike, net: ImageNet | None = Non
     except (OSError, ValueError) as error:
         return adaptive_alone(found, str(error))
     pair = image_pair(ref, check_image(image, "deformed"))
-    cells = refine(taken, pair, first_motion(found, ref.image.shape))
+    cells = refine(taken, pair, first_motion(found, ref.image.shape), place)
     return _at_points(found, cells)
 
 

@@ -1,8 +1,5 @@
 """What the image net makes of a pair: passes, of which each starts where the last has ended."""
 
-# Torch states its types in part.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -15,6 +12,7 @@ from models.image_net.features import PairFeatures, pair_features
 from models.image_net.network import mixed, run
 from models.image_net.store import ImageNet
 from models.image_net.warped_pair import ImagePair, PairMotion, on_pixels
+from models.nets.on_device import run_on
 
 PASSES = 2
 _AROUND = 17  # cells, over which what is left of a motion is compared with noise
@@ -51,12 +49,22 @@ class RefinedCells:
     changed: Mask
 
 
-def refine(net: ImageNet, pair: ImagePair, motion: PairMotion) -> RefinedCells:
-    """Refine a motion that is nearly right, until it leaves no more than noise."""
+def refine(net: ImageNet, pair: ImagePair, motion: PairMotion, device: str = "cpu") -> RefinedCells:
+    """Refine a motion that is nearly right, until it leaves no more than noise.
+
+    Parameters
+    ----------
+    net : ImageNet
+    pair : ImagePair
+    motion : PairMotion
+        To start from.
+    device : str
+        Where torch runs the net.
+    """
     first = seen = pair_features(pair, motion)
     strange, changed = np.zeros((2, *seen.noise.shape), bool)
     for _ in range(PASSES):
-        cells, sigma, wild = _refined(net, seen, motion)
+        cells, sigma, wild = _refined(net, seen, motion, device)
         strange |= wild | _strange(net, seen)
         changed |= np.any(cells != motion.cells, axis=0)
         motion = PairMotion(on_pixels(cells, pair.first.shape), sigma)
@@ -68,24 +76,17 @@ def refine(net: ImageNet, pair: ImagePair, motion: PairMotion) -> RefinedCells:
     return RefinedCells(motion.cells, motion.sigma, known, changed)
 
 
-def evaluate(net: ImageNet, inputs: F32) -> F32:
+def evaluate(net: ImageNet, inputs: F32, device: str = "cpu") -> F32:
     """Run the net: (B, INPUTS, R, C) float32, (B, OUTPUTS, R, C)."""
-    import torch
-
-    def read(array: F32) -> torch.Tensor:
-        # Convolutions on a CPU are faster with the channels of a cell side by side.
-        last = torch.channels_last if array.ndim == 4 else torch.contiguous_format
-        return torch.from_numpy(array).contiguous(memory_format=last)
-
-    weights = {name: read(array) for name, array in net.weights.items()}
-    with torch.inference_mode():
-        return np.asarray(run(weights, read(inputs)).contiguous().numpy())
+    return run_on(device, run, net.weights, inputs, last=True)
 
 
-def _refined(net: ImageNet, seen: PairFeatures, motion: PairMotion) -> tuple[F32, F32, Mask]:
+def _refined(
+    net: ImageNet, seen: PairFeatures, motion: PairMotion, device: str
+) -> tuple[F32, F32, Mask]:
     """Motion and σ of the cells after a pass, (2, R, C) each, and where it went wild, (R, C)."""
     rows, columns = seen.noise.shape
-    out = evaluate(net, seen.inputs[None])[..., :rows, :columns]
+    out = evaluate(net, seen.inputs[None], device)[..., :rows, :columns]
     moved, growth = (part[0] for part in mixed(out, seen.windows[None], seen.size[None]))
     wild = ~np.all(np.abs(moved) <= _FARTHEST, axis=0) | ~np.isfinite(growth).all(axis=0)
     moved, growth = np.where(wild, 0, moved), np.where(wild, 0, growth)
@@ -128,5 +129,6 @@ def _worse(before: PairFeatures, after: PairFeatures) -> Mask:
 def _left(seen: PairFeatures, motion: F32) -> F32:
     """Mean square of the motion in windows (R, C, 2), over the variance of those of 5 x 5 cells."""
     chi = np.square(motion / seen.noise[..., None]).mean(axis=-1)
-    around: F32 = uniform_filter(chi, _AROUND, mode="nearest")
+    around: F32 = np.empty_like(chi)
+    uniform_filter(chi, _AROUND, output=around, mode="nearest")
     return around

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import fourier_shift, gaussian_filter
 
 import dic
 import models
@@ -14,6 +15,7 @@ from models.nets.checkpoint import Checkpoint
 
 torch = pytest.importorskip("torch")
 
+DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.gpu)]
 SHAPE = (44, 52)  # tiles
 TINY = models.FieldNetRecipe(steps=4, seed=3, pairs=1, side=32, plates=1)
 
@@ -124,6 +126,39 @@ def test_onnx_says_the_same_numbers(tmp_path):
     inputs = models.net_inputs(seen(waves(), np.ones((2, *SHAPE)), 2))
     found = session.run(None, {"tiles": inputs})[0]
     assert np.abs(found - evaluate(net, inputs)).max() < 1e-4
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_a_device_says_the_same_numbers(device):
+    net, inputs = models.shipped_net(), models.net_inputs(seen(waves(), np.ones((2, *SHAPE)), 2))
+    assert np.abs(evaluate(net, inputs, device) - evaluate(net, inputs)).max() < 1e-4
+
+
+def shifted(pattern):
+    """Pattern that has moved by u = 0.4, v = -0.7 px, and repeats."""
+    return np.fft.ifft2(fourier_shift(np.fft.fft2(pattern), (-0.7, 0.4))).real
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_a_field_by_the_net_is_the_same_on_a_device(device):
+    rng = np.random.default_rng(5)
+    pattern = 128 + 250 * gaussian_filter(rng.normal(0, 1, (130, 170)), 1.8, mode="wrap")
+    image, moved = (each + rng.normal(0, 2, each.shape) for each in (pattern, shifted(pattern)))
+    here = models.net_field(dic.prepare(image), moved)
+    there = models.net_field(dic.prepare(image), moved, device=device)
+    follows = models.net_field(dic.prepare(image, device=device), moved)  # that of the reference
+    for found, atol in ((there, 1e-5), (follows, 1e-3)):
+        assert np.mean(found.by_net != here.by_net) < 0.01
+        both = found.by_net & here.by_net
+        assert both.sum() > 100
+        assert np.abs(found.field.v - here.field.v)[both].max() < atol  # px
+
+
+def test_a_device_that_is_not_there_is_refused():
+    image = np.random.default_rng(5).normal(128, 40, (96, 120))
+    for name in ("nowhere", 3, "cuda:99"):
+        with pytest.raises(ValueError, match="device"):
+            models.net_field(dic.prepare(image), image, device=name)
 
 
 def test_what_it_has_not_seen_stays_the_adaptive_field():

@@ -21,6 +21,7 @@ from models.nets.checkpoint import Checkpoint
 torch = pytest.importorskip("torch")
 
 TINY = models.ImageNetRecipe(steps=3, seed=3, pairs=1, side=96, patterns=1, plates=1, horizon=3)
+DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.gpu)]
 SHAPE = (138, 177)  # px
 SPOT = 1.8  # px
 NOISE = 2.0  # grey levels
@@ -199,6 +200,15 @@ def test_onnx_says_the_same_numbers(tmp_path, shipped, pair):
     assert np.abs(found - ours).max() < 1e-4 * max(np.abs(ours).max(), 1.0)
 
 
+@pytest.mark.parametrize("device", DEVICES)
+def test_a_device_says_the_same_numbers(pair, shipped, device):
+    ref = dic.prepare(pair[0])
+    motion = first_motion(dic.adaptive_field(ref, pair[1]), SHAPE)
+    inputs = pair_features(image_pair(ref, pair[1]), motion).inputs[None]
+    here, there = (evaluate(shipped, inputs, place) for place in ("cpu", device))
+    assert np.abs(there - here).max() < 1e-4 * max(np.abs(here).max(), 1.0)
+
+
 def test_weights_that_cannot_be_read_leave_the_classical_field_and_say_so(
     tmp_path, monkeypatch, trained, pair
 ):
@@ -277,6 +287,25 @@ def both(shipped, period):
     found, classical = models.image_net_field(ref, image, shipped), dic.adaptive_field(ref, image)
     errors = [np.column_stack([f.u, f.v]) - motion(f.xy) for f in (found.field, classical)]
     return found, *errors, found.field.valid & classical.valid
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_a_field_by_the_net_is_the_same_on_a_device(shipped, device):
+    image, moved = seen(speckle(), 5), seen(speckle(short_wave(10)[0]), 6)
+    here = models.image_net_field(dic.prepare(image), moved, shipped)
+    there = models.image_net_field(dic.prepare(image), moved, shipped, device)
+    assert np.mean(there.by_net != here.by_net) < 0.01
+    same = there.by_net & here.by_net
+    assert same.mean() > 0.2
+    assert np.abs(there.field.v - here.field.v)[same].max() < 1e-4  # px
+    # A reference on a device begins a little beside, and passes end within noise of one another.
+    found = models.image_net_field(dic.prepare(image, device=device), moved, shipped)
+    known = found.by_net & here.by_net
+    assert known.mean() > 0.1
+    apart = np.abs(found.field.v - here.field.v) / here.field.sigma_v
+    assert np.median(apart[known]) < 0.5
+    with pytest.raises(ValueError, match="device"):
+        models.image_net_field(dic.prepare(image), moved, shipped, "nowhere")
 
 
 def test_it_resolves_a_wave_of_two_tiles_better_than_the_adaptive_field(shipped):
