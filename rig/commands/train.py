@@ -12,7 +12,8 @@ import typer
 
 from rig.calibration.camera_of import camera_of
 from rig.commands.from_session import learn_from, score_net
-from rig.commands.output import console, emit, progress, require_suffix
+from rig.commands.loss_curves import save_curves
+from rig.commands.output import console, emit, progress, require_folder_of, require_suffix
 from rig.commands.score_table import table
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.sensing import NetEstimator
@@ -40,7 +41,7 @@ def train(
         ),
     ] = None,
     curves: Annotated[
-        Path | None, typer.Option(help="Draw the losses of training and validation: a PNG file.")
+        Path | None, typer.Option(help="Draw the losses of the training: a PNG file.")
     ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
@@ -56,8 +57,12 @@ def train(
     other = bench.field_net or bench.image_net or bench.touch_net
     if out:
         require_suffix(out, "model", ".npz" if other else ".h5")
+    if curves:
+        require_folder_of(curves, "curves", ".png")
     if other:
-        _train_other(bench, out or model_path(scene).with_suffix(".npz"), onnx, as_json)
+        _refuse_session(scene, session)
+        path = out or model_path(scene).with_suffix(".npz")
+        _train_other(bench, path, onnx, curves, as_json)
         return
     learned = learn_from(scene, bench, session) if session else None
     if learned and not isinstance(bench.estimator, NetEstimator):
@@ -72,20 +77,31 @@ def train(
     emit(table(bench.title, stored.scores), said, as_json)
 
 
-def _train_other(bench: Scene, out: Path, onnx: Path | None, as_json: bool) -> None:
+def _refuse_session(scene: str, session: Path | None) -> None:
+    """Refuse presses of a recording for a net that learns from drawn data alone."""
+    if session:
+        raise ValueError(
+            f"--from corrects the bench of a scene by presses, and the net of '{scene}' is trained "
+            "on drawn data alone; leave --from out, or name the scene whose bench was pressed"
+        )
+
+
+def _train_other(
+    bench: Scene, out: Path, onnx: Path | None, curves: Path | None, as_json: bool
+) -> None:
     """Train the net of a scene that has no bench: of fields, images or amplitudes."""
     if bench.field_net:
         from rig.commands.train_dic_net import train_field_net
 
-        train_field_net(bench.field_net, out, onnx, as_json)
+        train_field_net(bench.field_net, out, onnx, curves, as_json)
     elif bench.image_net:
         from rig.commands.train_dic_net import train_image_net
 
-        train_image_net(bench.image_net, out, onnx, as_json)
+        train_image_net(bench.image_net, out, onnx, curves, as_json)
     elif bench.touch_net:
         from rig.commands.train_touch_net import train_touch_net
 
-        train_touch_net(bench, bench.touch_net, out, onnx, as_json)
+        train_touch_net(bench, bench.touch_net, out, onnx, curves, as_json)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,9 +199,4 @@ def _draw(path: Path, model: Model, apart: int) -> None:
         axes.loglog(epochs, trained.history, label=labels)
     axes.set(xlabel="epoch", ylabel="loss, mm")
     axes.legend()
-    try:
-        plot.savefig(path, dpi=120)
-    except (OSError, ValueError) as error:
-        raise OSError(
-            f"curves {path} cannot be drawn ({error}); give a PNG file in a folder that exists"
-        ) from error
+    save_curves(path, plot)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.commands.loss_curves import draw_steps
 from rig.commands.output import emit, progress
 from rig.scene.field_net import FieldNetSection
 from rig.scene.image_net import ImageNetSection
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 EVERY = 50  # steps between two checkpoints
 
 
-def train_field_net(section: FieldNetSection, path: Path, onnx: Path | None, as_json: bool) -> None:
+def train_field_net(
+    section: FieldNetSection, path: Path, onnx: Path | None, curves: Path | None, as_json: bool
+) -> None:
     """Train the field net of a scene, going on where a run was killed, and store it.
 
     Raises
@@ -37,10 +40,14 @@ def train_field_net(section: FieldNetSection, path: Path, onnx: Path | None, as_
         models.save_field_net(path, trained.net)
     if onnx:
         models.write_field_onnx(onnx, trained.net)
+    if curves:
+        draw_steps(curves, {"training of the field net": trained.history})
     _emit(section, trained.history, trained.seconds, path, as_json)
 
 
-def train_image_net(section: ImageNetSection, path: Path, onnx: Path | None, as_json: bool) -> None:
+def train_image_net(
+    section: ImageNetSection, path: Path, onnx: Path | None, curves: Path | None, as_json: bool
+) -> None:
     """Train the image net of a scene, going on where a run was killed, and store it.
 
     Raises
@@ -56,6 +63,8 @@ def train_image_net(section: ImageNetSection, path: Path, onnx: Path | None, as_
         models.save_image_net(path, trained.net)
     if onnx:
         models.write_image_onnx(onnx, trained.net)
+    if curves:
+        draw_steps(curves, {"training of the image net": trained.history})
     _emit(section, trained.history, trained.seconds, path, as_json)
 
 

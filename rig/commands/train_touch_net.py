@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from rig.commands.loss_curves import draw_steps
 from rig.commands.output import emit, progress
 from rig.scene import Scene
 from rig.scene.touch_net import TouchNetSection
@@ -15,7 +16,12 @@ EVERY = 500  # steps between two checkpoints
 
 
 def train_touch_net(
-    scene: Scene, section: TouchNetSection, path: Path, onnx: Path | None, as_json: bool
+    scene: Scene,
+    section: TouchNetSection,
+    path: Path,
+    onnx: Path | None,
+    curves: Path | None,
+    as_json: bool,
 ) -> None:
     """Train the touch net of a scene, going on where a run was killed, and store it.
 
@@ -48,6 +54,8 @@ def train_touch_net(
     if onnx:
         models.write_touch_onnx(onnx, net)
     proposing, looking = trained.history[: recipe.steps], trained.history[recipe.steps :]
+    if curves:
+        draw_steps(curves, {"proposals": proposing, "looking at how they fit": looking})
     losses = [float(part[-max(len(part) // 10, 1) :].mean()) for part in (proposing, looking)]
     figures = {
         "model": str(path),

@@ -32,6 +32,23 @@ def refused(tmp_path, monkeypatch):
             "correlate empty empty --roi empty",
             "folder 'empty' holds no image; PNG, TIFF, BMP and JPEG are read",
         ),
+        *(
+            (
+                f"train {name} --from presses.h5",
+                f"--from corrects the bench of a scene by presses, and the net of '{name}' is "
+                "trained on drawn data alone; leave --from out, or name the scene whose bench was "
+                "pressed",
+            )
+            for name in ("dic-net", "image-net", "touch-net")
+        ),
+        *(
+            (
+                f"train {name} --curves empty/none/curves.png",
+                "curves 'empty/none/curves.png' must be a *.png in a folder that exists; name such "
+                "a one",
+            )
+            for name in ("dic-net", "paper-one")
+        ),
         ("replay empty", "recording 'empty' is a folder; name a file *.h5 in it"),
         (
             "profile empty --line 1,2,3,4",

@@ -4,6 +4,7 @@ import json
 import sys
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -24,19 +25,27 @@ SAVE = {"dic-net": models.save_field_net, "image-net": models.save_image_net}
 SHIPPED = {"dic-net": models.shipped_net, "image-net": models.shipped_image_net}
 
 
+def is_drawn(plot):
+    """Whether a PNG holds more than its paper."""
+    return np.unique(cv2.imread(str(plot), cv2.IMREAD_GRAYSCALE)).size > 10
+
+
 @pytest.mark.parametrize("scene", TINY)
 def test_it_stores_the_net_its_seed_and_an_onnx_file(in_process, tmp_path, scene):
     given = [f"{SECTION[scene]}.{key}={value}" for key, value in TINY[scene].items()]
     settings = [part for one in given for part in ("--set", one)]
     path, onnx, cache = tmp_path / "net.npz", tmp_path / "net.onnx", tmp_path.parent / "cache"
-    out = "--out", str(path), "--onnx", str(onnx), "--json"
+    curves = tmp_path / "net.png"
+    out = "--out", str(path), "--onnx", str(onnx), "--curves", str(curves), "--json"
     done = in_process(tmp_path, "train", scene, *out, *settings, cache=cache)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert (said["steps"], said["seed"]) == (2, 5)
     assert LOAD[scene](path).about["seed"] == 5
     assert onnx.stat().st_size > 1e5
-    assert sorted(place.name for place in tmp_path.iterdir()) == ["net.npz", "net.onnx"]
+    assert is_drawn(curves)
+    stored = ["net.npz", "net.onnx", "net.png"]
+    assert sorted(place.name for place in tmp_path.iterdir()) == stored
 
 
 @pytest.mark.parametrize("scene", TINY)

@@ -32,7 +32,8 @@ def command(monkeypatch, capsys, tmp_path):
 def test_it_stores_the_net_its_scene_and_an_onnx_file(command, tmp_path):
     settings = [part for key in TINY for part in ("--set", f"touch_net.{key}")]
     path, onnx = tmp_path / "net.npz", tmp_path / "net.onnx"
-    code, out, _ = command("train", "touch-net", "--out", path, "--onnx", onnx, "--json", *settings)
+    files = "--out", path, "--onnx", onnx, "--curves", tmp_path / "net.png"
+    code, out, _ = command("train", "touch-net", *files, "--json", *settings)
     said = json.loads(out)
     assert code == 0
     assert (said["steps"], said["head_steps"], said["seed"]) == (2, 1, 5)
@@ -40,7 +41,12 @@ def test_it_stores_the_net_its_scene_and_an_onnx_file(command, tmp_path):
     assert about["recipe"]["seed"] == 5
     assert about["scene"]["plate"]["thickness"] == 2.0
     assert onnx.stat().st_size > 1e6
-    assert sorted(place.name for place in tmp_path.iterdir()) == ["net.npz", "net.onnx"]
+    assert sorted(place.name for place in tmp_path.iterdir()) == [
+        "net.npz",
+        "net.onnx",
+        "net.png",
+    ]
+    assert (tmp_path / "net.png").stat().st_size > 1e4
 
 
 def test_one_force_and_a_camera_that_is_no_pinhole_are_refused(command):
