@@ -11,6 +11,7 @@ from dic.adaptive.cracks import part, still_torn
 from dic.adaptive.motion import TERMS, carried, start_motion
 from dic.adaptive.observation import TileTexture, box, observe, tile_texture
 from dic.adaptive.tile_lattice import TILE, TileLattice, lay_lattice
+from dic.adaptive.truncation import truncation
 from dic.adaptive.unexplained import unexplained_variance
 from dic.arrays import F64, AnyArray, Mask
 from dic.correlation.deformed_image import read_whole
@@ -81,7 +82,7 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
             break
     field = _still_moving(field, motion, earlier)
     left = unexplained_variance(seen.variance, seen.valid, ref.prefilter.sigma)
-    field = _unexplained(field, left, texture)
+    field = _truncated(_unexplained(field, left, texture), seen.sigma)
     return AdaptiveTiles(
         lattice=texture.lattice,
         seen=seen.moved,
@@ -121,6 +122,12 @@ def _unexplained(field: BlockField, left: F64, texture: TileTexture) -> BlockFie
         lost = TILE * np.sqrt(left * texture.even[..., a, a])
         sigma[a] = np.hypot(sigma[a], np.stack([lost, np.pi * lost, np.pi * lost]))
     return BlockField(field.values, sigma)
+
+
+def _truncated(field: BlockField, noise: F64) -> BlockField:
+    """Add to σ what tiles of this noise, (2, R, C) px, move beyond second order."""
+    lost = truncation(field.values, field.sigma / noise[:, None])
+    return BlockField(field.values, np.hypot(field.sigma, lost))
 
 
 def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:

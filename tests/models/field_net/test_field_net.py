@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.ndimage import fourier_shift, gaussian_filter
+from scipy.ndimage import fourier_shift, gaussian_filter, map_coordinates
 
 import dic
 import models
@@ -241,3 +241,50 @@ def test_a_field_by_the_net_says_what_is_not_its_own():
     assert lost.reason.endswith("nothing was found again")
     with pytest.raises(ValueError, match="prepare a grid"):
         models.net_field(dic.prepare(image, points=[[50, 50]]), image)
+
+
+def moved_speckle(field):
+    """Two images of 180 x 230 px of spots whose material has moved by field(x, y), with noise."""
+    rng, shape = np.random.default_rng(9), (180, 230)
+    y, x = np.indices(shape).astype(float)
+    first = gaussian_filter(rng.normal(0, 1, shape), 1.9)
+    first *= 50 / first.std()
+    from_x, from_y = x, y
+    for _ in range(60):
+        u, v = field(from_x, from_y)
+        from_x, from_y = x - u, y - v
+    second = map_coordinates(first, [from_y, from_x], order=5, mode="reflect")
+    return [128 + image + rng.normal(0, 2.0, shape) for image in (first, second)]
+
+
+def test_a_wave_shorter_than_it_has_seen_is_not_stated_to_be_known():
+    def wave(x, y):
+        return 0 * x, 0.5 * np.cos(2 * np.pi * (0.96 * y + 0.29 * x) / 14)
+
+    first, second = moved_speckle(wave)
+    found = models.net_field(dic.prepare(first), second)
+    here = found.by_net & np.all(np.abs(found.field.xy - (115, 90)) < (95, 70), axis=1)
+    off = np.column_stack([found.field.u, found.field.v])[here]
+    off -= np.column_stack(wave(*found.field.xy[here].T))
+    stated = np.column_stack([found.field.sigma_u, found.field.sigma_v])[here]
+    assert here.sum() > 500
+    assert 0.65 < np.sqrt(np.mean(stated**2) / np.mean(off**2)) < 2.0
+    assert np.mean(np.abs(off / stated) > 3) < 0.04
+    assert np.abs(off.mean(axis=0)).max() < 0.01  # px, bias
+
+
+def test_bumps_stay_those_of_the_net():
+    def bumps(x, y):
+        far = (x - 90) ** 2 + (y - 80) ** 2, (x - 160) ** 2 + (y - 110) ** 2
+        return 0.6 * np.exp(-far[0] / 800), 0.4 * np.exp(-far[1] / 400)
+
+    first, second = moved_speckle(bumps)
+    found = models.net_field(dic.prepare(first), second)
+    assert found.field.valid.mean() > 0.99
+    assert found.by_net[found.field.valid].mean() > 0.99
+    stated = np.sqrt(np.mean(np.square([found.field.sigma_u, found.field.sigma_v])))
+    off = np.column_stack([found.field.u, found.field.v]) - np.column_stack(
+        bumps(*found.field.xy.T)
+    )
+    assert np.sqrt(np.nanmean(off**2)) < 0.012
+    assert stated < 0.012
