@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dic import denoised_tiles
+from dic import AdaptiveTiles, denoised_tiles
 from models.arrays import F32, F64, Mask
 from models.field_net.drawn_fields import draw_field, draw_noise, places
 from models.field_net.inputs import net_inputs
@@ -33,18 +33,34 @@ class Batch:
     error: F32
     counted: F32
 
+    def cut(self, rows: int, columns: int) -> Batch:
+        """Return the first rows and columns."""
+        part = np.s_[..., :rows, :columns]
+        return Batch(self.inputs[part], self.error[part], self.counted[part])
+
+
+def together(batches: Sequence[Batch]) -> Batch:
+    """Put batches of one size together."""
+    return Batch(
+        np.concatenate([batch.inputs for batch in batches]),
+        np.concatenate([batch.error for batch in batches]),
+        np.concatenate([batch.counted for batch in batches]),
+    )
+
+
+def batch_of(tiles: AdaptiveTiles, truth: F64, inputs: F32) -> Batch:
+    """Return the fields of tiles and what they lack of the truth (2, 3, R, C)."""
+    error = np.clip((truth - tiles.values) / tiles.sigma, -_FAR, _FAR)
+    counted = np.isfinite(error[:, :1])
+    return Batch(inputs, np.nan_to_num(error).astype(np.float32), counted.astype(np.float32))
+
 
 def stream(
     shape: tuple[int, int], pairs: int, plates: Sequence[F64], rng: np.random.Generator
 ) -> Iterator[Batch]:
     """Draw batches of `pairs` fields of two components without end."""
     while True:
-        drawn = [_draw(shape, plates, rng) for _ in range(pairs)]
-        yield Batch(
-            np.concatenate([batch.inputs for batch in drawn]),
-            np.concatenate([batch.error for batch in drawn]),
-            np.concatenate([batch.counted for batch in drawn]),
-        )
+        yield together([_draw(shape, plates, rng) for _ in range(pairs)])
 
 
 def _draw(shape: tuple[int, int], plates: Sequence[F64], rng: np.random.Generator) -> Batch:
@@ -54,11 +70,7 @@ def _draw(shape: tuple[int, int], plates: Sequence[F64], rng: np.random.Generato
     valid = ~(torn | _hole(shape, rng))
     seen = truth[:, 0] + noise * rng.standard_normal((2, *shape))
     tiles = denoised_tiles(seen, np.stack([noise, noise]), valid)
-    error = np.clip((truth - tiles.values) / tiles.sigma, -_FAR, _FAR)
-    counted = np.isfinite(error[:, :1])
-    return Batch(
-        net_inputs(tiles), np.nan_to_num(error).astype(np.float32), counted.astype(np.float32)
-    )
+    return batch_of(tiles, truth, net_inputs(tiles))
 
 
 def _hole(shape: tuple[int, int], rng: np.random.Generator) -> Mask:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,8 @@ import numpy as np
 from models.arrays import F32, F64
 from models.field_net.inputs import LOGARITHM
 from models.field_net.plates import draw_plates
+from models.field_net.random_speckle import draw_speckle
+from models.field_net.rendered import rendered_batch
 from models.field_net.samples import Batch, stream
 from models.field_net.store import FieldNet
 from models.field_net.unet import INPUTS, Weights, first_weights, run, shapes
@@ -24,6 +26,7 @@ from models.nets.grid_net import input_range
 if TYPE_CHECKING:
     from torch import Tensor
 
+_ROOM = 48  # px by which a pattern is larger than an image
 _LOOKED_AT = 100  # steps whose inputs say what the net has seen
 _KEEP = 0.99  # of the running mean of the weights, which are those that are kept
 
@@ -46,6 +49,14 @@ class FieldNetRecipe:
     horizon : int
     plates : int
         Plates under touches that are solved.
+    rendered : int
+        Steps on rendered images that follow; the learning rate falls as a cosine over them.
+    rendered_side : int, px
+        Of the images.
+    rendered_rate : float
+        Learning rate of these steps at first.
+    patterns : int
+        Speckle patterns that are drawn.
     """
 
     steps: int = 1000
@@ -55,6 +66,10 @@ class FieldNetRecipe:
     learning_rate: float = 3e-3
     horizon: int = 3000
     plates: int = 120
+    rendered: int = 0
+    rendered_side: int = 320
+    rendered_rate: float = 1e-3
+    patterns: int = 48
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +85,7 @@ class TrainedFieldNet:
     seconds : float
         CPU time of the training.
     history : (S,) float64
-        Loss of each step.
+        Loss of each step, those on rendered images last.
     """
 
     weights: Weights
@@ -93,7 +108,7 @@ def train_field_net(
     on_step: Callable[[int, float], None] | None = None,
     clock: Callable[[], float] = lambda: 0.0,
 ) -> TrainedFieldNet:
-    """Train on drawn fields, on a GPU where there is one.
+    """Train on drawn fields and then on rendered images, on a GPU where there is one.
 
     Parameters
     ----------
@@ -108,25 +123,59 @@ def train_field_net(
     rng = np.random.default_rng(recipe.seed)
     plates = draw_plates(recipe.plates, 2 * recipe.side, rng)
     state = Descent(first_weights(rng), _KEEP)
+    stock = _Stock(recipe, plates, rng, state.device)
 
     def take() -> float:
-        batch = _batch(recipe, plates, state.step)
-        rate = recipe.learning_rate * fall((state.step + 1) / recipe.horizon)
-        return state.descend(lambda weights, device: _loss(weights, batch, device), rate)
+        batch = stock.batch(state.step)
+        return state.descend(
+            lambda weights, device: _loss(weights, batch, device), _rate(recipe, state.step)
+        )
 
     task = fingerprint(recipe, *shapes().items())
-    finish(state, recipe.steps, take, task, checkpoint, on_step, lambda: clock() - began)
-    looked_at = range(min(_LOOKED_AT, recipe.steps))
-    low, high = input_range(INPUTS, (_batch(recipe, plates, step).inputs for step in looked_at))
+    steps = recipe.steps + recipe.rendered
+    finish(state, steps, take, task, checkpoint, on_step, lambda: clock() - began)
+    low, high = input_range(INPUTS, stock.looked_at())
     return TrainedFieldNet(
         state.average(), low, high, recipe, state.seconds, np.array(state.history)
     )
 
 
-def _batch(recipe: FieldNetRecipe, plates: list[F64], step: int) -> Batch:
-    """Draw the fields of one step: its own, so that a run that goes on draws what it would have."""
-    draws = np.random.default_rng((recipe.seed, step))
-    return next(stream((recipe.side, recipe.side), recipe.pairs, plates, draws))
+def _rate(recipe: FieldNetRecipe, step: int) -> float:
+    """Learning rate of a step."""
+    if step < recipe.steps:
+        return recipe.learning_rate * fall((step + 1) / recipe.horizon)
+    return recipe.rendered_rate * fall((step - recipe.steps) / recipe.rendered)
+
+
+class _Stock:
+    """Plates and patterns, of which the batches of all steps are drawn.
+
+    A step draws by a seed of its own, so that a run that goes on draws what it would have.
+    """
+
+    def __init__(
+        self, recipe: FieldNetRecipe, plates: list[F64], rng: np.random.Generator, device: str
+    ):
+        side, count = recipe.rendered_side + _ROOM, recipe.patterns if recipe.rendered else 0
+        self._recipe, self._plates = recipe, plates
+        self._patterns = draw_speckle(count, side, rng, device)
+
+    def batch(self, step: int) -> Batch:
+        """Draw the fields, or render the images, of one step."""
+        recipe, draws = self._recipe, np.random.default_rng((self._recipe.seed, step))
+        if step < recipe.steps:
+            shape = (recipe.side, recipe.side)
+            return next(stream(shape, recipe.pairs, self._plates, draws))
+        return rendered_batch(
+            self._patterns, self._plates, recipe.pairs, recipe.rendered_side, draws
+        )
+
+    def looked_at(self) -> Iterator[F32]:
+        """Draw the inputs of the first steps of each kind."""
+        recipe = self._recipe
+        for first, count in ((0, recipe.steps), (recipe.steps, recipe.rendered)):
+            for step in range(min(_LOOKED_AT, count)):
+                yield self.batch(first + step).inputs
 
 
 def _loss(weights: dict[str, Tensor], batch: Batch, device: str) -> Tensor:

@@ -6,18 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from dic import adaptive_field, prepare
-from models.arrays import F64
 from models.field_net.field_net import NetField, net_field
 from models.field_net.plates import draw_plates
+from models.field_net.random_speckle import SPACING, draw_speckle
+from models.field_net.rendered_pairs import RenderedPair, draw_pairs
 from models.field_net.store import FieldNet
 from models.image_net.image_net import image_net_field
-from models.image_net.pairs import RenderedPair, draw_pairs
-from models.image_net.speckle import SPACING, draw_speckle
 from models.image_net.store import ImageNet
-from models.image_net.warped_pair import CELL
 
 _SIDE, _MARGIN = 256, 68  # px, of a pair, and what its pattern has beside it
 _PLATES = 4  # plates under touches
@@ -89,7 +86,7 @@ def _score(net: FieldNet | ImageNet, pair: RenderedPair, clock: Callable[[], flo
     found = _measure(net, pair)
     ended = clock()
     both = found.field.valid & classical.valid
-    truth = _truth(pair, classical.xy)
+    truth = pair.truth_at(classical.xy)
     squares = [
         float(np.square(np.stack([field.u, field.v]) - truth)[:, both].sum())
         for field in (found.field, classical)
@@ -104,15 +101,3 @@ def _measure(net: FieldNet | ImageNet, pair: RenderedPair) -> NetField:
     if isinstance(net, FieldNet):
         return net_field(ref, pair.second, net)
     return image_net_field(ref, pair.second, net)
-
-
-def _truth(pair: RenderedPair, xy: F64) -> F64:
-    """Displacement (2, N) px of points, between the middles of the cells."""
-    place = (xy[:, ::-1].T - (CELL - 1) / 2) / CELL
-    parts = pair.truth.astype(np.float64)
-    return np.stack(
-        [
-            np.asarray(map_coordinates(part, place, order=1, mode="nearest"), dtype=np.float64)
-            for part in parts
-        ]
-    )

@@ -14,11 +14,11 @@ import numpy as np
 from dic import adaptive_field, prepare
 from models.arrays import F32, F64
 from models.field_net.plates import draw_plates
+from models.field_net.random_speckle import SPACING, draw_speckle
+from models.field_net.rendered_pairs import RenderedPair, draw_pairs
 from models.image_net.features import INPUTS, pair_features
 from models.image_net.loader import loader
 from models.image_net.network import first_weights, mixed, run, shapes
-from models.image_net.pairs import RenderedPair, draw_pairs
-from models.image_net.speckle import SPACING, draw_speckle
 from models.image_net.store import ImageNet
 from models.image_net.warped_pair import (
     ImagePair,

@@ -9,8 +9,8 @@ import numpy as np
 
 from dic import DisplacementField, Grid, Reference, spline_coefficients, warp_image
 from models.arrays import F32, F64, I64, AnyArray, Mask
+from models.field_net.rendered_pairs import CELL
 
-CELL = 2  # px along a side of the cells on which the net works
 _SLOPE = 40.0  # px, over which the gradient is taken that carries a motion on
 
 

@@ -35,7 +35,7 @@ def train_field_net(
     import models
 
     recipe = models.FieldNetRecipe(**section.model_dump())
-    with _kept(path, section.steps) as (checkpoint, on_step):
+    with _kept(path, section.steps + section.rendered) as (checkpoint, on_step):
         trained = models.train_field_net(recipe, checkpoint, on_step, time.process_time)
         models.save_field_net(path, trained.net)
     if onnx:

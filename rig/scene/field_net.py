@@ -9,7 +9,7 @@ from rig.scene.section import Section
 
 
 class FieldNetSection(Section):
-    """How the field net is trained: on drawn fields, plates under touches among them.
+    """How the field net is trained: on drawn fields, plates under touches among them, and images if asked to.
 
     It belongs to no plate; `touchplate correlate --field net` takes it.
     """
@@ -23,3 +23,9 @@ class FieldNetSection(Section):
     learning_rate: float = Field(3e-3, gt=0, le=1, description="learning rate at first")
     horizon: Count = Field(3000, ge=1, description="steps over which the learning rate falls to 0")
     plates: Count = Field(120, ge=1, le=10000, description="plates under touches that are solved")
+    rendered: Count = Field(0, ge=0, description="steps on rendered images that follow")
+    rendered_side: Count = Field(
+        320, ge=160, le=1024, multiple_of=4, description="pixels along a side of these images"
+    )
+    rendered_rate: float = Field(1e-3, gt=0, le=1, description="learning rate of these at first")
+    patterns: Count = Field(48, ge=1, le=1000, description="speckle patterns that are drawn")

@@ -11,13 +11,19 @@ import models
 from models.field_net.drawn_fields import draw_field, draw_noise
 from models.field_net.field_net import evaluate
 from models.field_net.plates import draw_plates
+from models.field_net.random_speckle import draw_speckle
+from models.field_net.rendered import rendered_batch, tile_truth
+from models.field_net.rendered_pairs import draw_pairs
+from models.field_net.unet import INPUTS, STRIDE
 from models.nets.checkpoint import Checkpoint
 
 torch = pytest.importorskip("torch")
 
 DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.gpu)]
 SHAPE = (44, 52)  # tiles
-TINY = models.FieldNetRecipe(steps=4, seed=3, pairs=1, side=32, plates=1)
+TINY = models.FieldNetRecipe(
+    steps=3, seed=3, pairs=1, side=32, plates=1, rendered=2, rendered_side=160, patterns=1
+)
 
 
 @pytest.fixture(scope="module")
@@ -71,18 +77,52 @@ def test_noise_is_drawn_about_one():
     assert noise.max() < 3
 
 
+def test_rendered_images_have_the_displacement_and_slopes_that_they_state():
+    """Subsets, which know nothing of the truth, find the same where it is smooth."""
+    rng = np.random.default_rng(11)
+    pool, plates = draw_speckle(1, 230, rng, "cpu"), draw_plates(1, 160, rng)
+    off, spread = [], []
+    for _ in range(8):
+        pair = draw_pairs(pool, plates, 1, 160, rng)[0]
+        found = dic.correlate(dic.prepare(pair.first, 21, roi=pair.roi), pair.second)
+        tiles = dic.adaptive_tiles(dic.prepare(pair.first, 21, roi=pair.roi), pair.second, found)
+        truth = tile_truth(pair, tiles)
+        at = tiles.lattice.nearest(found.xy)
+        smooth = np.abs(truth[:, 1:]).reshape(4, -1)[:, at].max(axis=0) < 0.02 * 5
+        here = found.valid & smooth
+        slopes = truth[:, 1:].reshape(2, 2, -1)[..., at] / 5  # px per px
+        off.append((found.gradient - slopes.transpose(2, 0, 1))[here].ravel())
+        spread.append((found.sigma_gradient)[here].ravel())
+    off, spread = np.concatenate(off), np.concatenate(spread)
+    assert len(off) > 1000
+    assert abs(np.mean(off)) < 5e-4
+    assert np.median(np.abs(off)) < 2 * np.median(spread)
+
+
+def test_a_rendered_batch_states_what_its_adaptive_fields_lack():
+    rng = np.random.default_rng(12)
+    pool, plates = draw_speckle(1, 230, rng, "cpu"), draw_plates(1, 160, rng)
+    batch = rendered_batch(pool, plates, 2, 160, rng)
+    assert batch.inputs.shape[:2] == (4, INPUTS)
+    assert batch.error.shape == (4, 3, *batch.inputs.shape[2:])
+    assert not any(n % STRIDE for n in batch.inputs.shape[2:])
+    counted = batch.counted[:, 0] > 0
+    assert counted.mean() > 0.5
+    assert 0.3 < np.median(np.abs(batch.error[:, 0][counted])) < 3.0
+
+
 def test_a_training_that_was_stopped_goes_on_to_the_same_weights(tmp_path, trained):
     place = Checkpoint(tmp_path / "part.npz", 2)
 
     def stop(step, _):
-        if step == 3:
+        if step == 4:  # of those on images the first
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         models.train_field_net(TINY, place, stop)
     steps = []
     after = models.train_field_net(TINY, place, lambda step, _: steps.append(step))
-    assert steps == [3, 4]
+    assert steps == [3, 4, 5]
     assert all(np.array_equal(after.weights[name], w) for name, w in trained.weights.items())
     assert np.array_equal(after.history, trained.history)
 
@@ -111,10 +151,10 @@ def test_weights_that_are_no_numbers_are_refused(tmp_path, trained):
 
 
 def test_a_net_of_another_version_is_refused(tmp_path, trained, monkeypatch):
-    monkeypatch.setattr("models.field_net.store.VERSION", 2)
+    monkeypatch.setattr("models.field_net.store.VERSION", 7)
     models.save_field_net(tmp_path / "net.npz", trained.net)
     monkeypatch.undo()
-    with pytest.raises(ValueError, match="version 2"):
+    with pytest.raises(ValueError, match="version 7"):
         models.load_field_net(tmp_path / "net.npz")
 
 
@@ -213,7 +253,7 @@ def test_weights_that_cannot_be_read_leave_the_adaptive_field_and_say_so(
     adaptive = dic.adaptive_field(ref, image + 1.0)
     models.save_field_net(path, trained.net)
     whole = path.read_bytes()
-    for version, content, why in ((2, whole, "version 1"), (1, whole[:500], "damaged")):
+    for version, content, why in ((7, whole, "version 1"), (1, whole[:500], "damaged")):
         path.write_bytes(content)
         monkeypatch.setattr("models.field_net.store.VERSION", version)
         monkeypatch.setattr("models.field_net.field_net.SHIPPED", path)

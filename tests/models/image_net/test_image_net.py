@@ -9,12 +9,12 @@ import pytest
 import dic
 import models
 from models.field_net.plates import draw_plates
+from models.field_net.random_speckle import draw_speckle
+from models.field_net.rendered_pairs import draw_pairs
 from models.image_net import image_net
 from models.image_net.features import INPUTS, STRIDE, WINDOWS, pair_features
 from models.image_net.loader import AGAIN, Loader
-from models.image_net.pairs import draw_pairs
 from models.image_net.refine import evaluate, refine
-from models.image_net.speckle import draw_speckle
 from models.image_net.warped_pair import CELL, first_motion, image_pair
 from models.nets.checkpoint import Checkpoint
 

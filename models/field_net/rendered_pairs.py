@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from models.arrays import F32, F64, AnyArray, Mask
 from models.field_net.drawn_fields import draw_field, draw_wave, log_uniform, places
-from models.image_net.warped_pair import CELL
 from synthetic import BatchWarper
 
+CELL = 2  # px along a side of the cells at whose middles the truth is given
 _UNITS = 0.003, 0.025  # px, of which a drawn field has 0.5 to 60
 _SHORT = 2.3, 12.0  # control pixels, periods of the waves beside those of `draw_field`
 _WAVED = 0.5  # fraction of the components that have one
@@ -43,6 +44,17 @@ class RenderedPair:
     second: AnyArray
     truth: F32
     roi: Mask
+
+    def truth_at(self, xy: F64) -> F64:
+        """Displacement (2, N) px of points (N, 2) px, by cubic splines between the cells."""
+        place = (xy[:, ::-1].T - (CELL - 1) / 2) / CELL
+        parts = self.truth.astype(np.float64)
+        return np.stack(
+            [
+                np.asarray(map_coordinates(part, place, order=3, mode="nearest"), dtype=np.float64)
+                for part in parts
+            ]
+        )
 
 
 def draw_pairs(
