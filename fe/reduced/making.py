@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fe.elements.mesh import Mesh, even_grid, mesh_for
+from fe.plate.aspect import check_aspect
 from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
@@ -25,6 +26,8 @@ from fe.reduced.training import sample, snapshots, split
 _SIDE = 36
 _RIM = 0.1
 _RIM_ELEMENTS = 6
+# Longer plates take gigabytes and a quarter of an hour.
+_LONGEST = 250.0
 
 
 def reduced_plate(
@@ -52,7 +55,8 @@ def reduced_plate(
     Raises
     ------
     ValueError
-        The mesh does not fit the plate, or the force is not positive.
+        The mesh does not fit the plate, the force is not positive, or the plate is more than 250
+        times as long as wide and no mesh is given.
     """
     force = positive(force, "largest force", "N")
     check_thin(plate)
@@ -83,6 +87,7 @@ def _trained(
 
 
 def _mesh(plate: Plate) -> Mesh:
+    check_aspect(plate, _LONGEST)
     if plate.patches:
         return even_grid(plate, _SIDE)
     rim = _RIM * min(plate.size)
