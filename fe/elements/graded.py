@@ -14,6 +14,7 @@ import numpy as np
 
 from fe.arrays import F64
 from fe.elements.mesh import Mesh, borders
+from fe.plate.aspect import check_aspect
 from fe.plate.plate import Plate
 
 # A run can be halved for an estimate of the error and still be recovered from.
@@ -27,6 +28,8 @@ _FAR_GROWTH = 0.6
 # Borders of patches are corners of stiffness; elements beside them are not longer than b/40.
 _AT_BORDERS = 40.0
 _FINER = 1.25  # by which elements grow until they are few enough
+_LONGEST = 1000.0  # times as long as wide, up to which plates are looked at
+_LARGEST = 100_000  # elements; their factors take two gigabytes
 
 
 class Grading(NamedTuple):
@@ -86,14 +89,29 @@ def graded(plate: Plate, xy: F64, radius: F64, grading: Grading) -> Mesh:
     radius : (P,) float64, mm
         0 for points.
     grading : Grading
+
+    Raises
+    ------
+    ValueError
+        The plate is more than 1000 times as long as wide, or the places take too many elements.
     """
+    check_aspect(plate, _LONGEST)
     scale = 1.0
     while True:
         mesh = _mesh(plate, xy, radius, scale, grading)
-        even = scale * grading.growth > 1.0
-        if even or mesh.counts[0] * mesh.counts[1] <= grading.elements:
+        elements = mesh.counts[0] * mesh.counts[1]
+        if elements <= grading.elements:
             return mesh
+        if scale * grading.growth > 1.0:
+            break
         scale *= _FINER
+    if elements > _LARGEST:
+        raise ValueError(
+            f"a mesh that is fine at {len(xy)} places of a plate of {plate.size[0]:g} x "
+            f"{plate.size[1]:g} mm takes {elements} elements, more than {_LARGEST}; ask for fewer "
+            "places at once, or give a mesh"
+        )
+    return mesh
 
 
 def _mesh(plate: Plate, xy: F64, radius: F64, scale: float, grading: Grading) -> Mesh:

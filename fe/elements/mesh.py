@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from fe.arrays import F64
 from fe.elements.line import Line, cut, divide
+from fe.plate.aspect import check_aspect
 from fe.plate.checks import array, short, whole
 from fe.plate.plate import Plate
 
@@ -21,6 +22,8 @@ _SIDE = 120
 
 # Elements across a long plate: with fewer, nothing of how it bends across is left.
 _ACROSS = 16
+# Longer plates take so many elements, 256 along each width, that they fill the memory.
+_LONGEST = 250.0
 
 Breaks = tuple[tuple[float, ...], tuple[float, ...]]
 Runs = tuple[tuple[int, ...], tuple[int, ...]]
@@ -195,7 +198,13 @@ def even_grid(plate: Plate, side: int) -> Mesh:
     ----------
     plate : Plate
     side : int
+
+    Raises
+    ------
+    ValueError
+        The plate is more than 250 times as long as wide.
     """
+    check_aspect(plate, _LONGEST)
     aspect = max(plate.size) / min(plate.size)
     return grid(plate, max(round(side * aspect**0.5), round(min(_ACROSS, side) * aspect)))
 

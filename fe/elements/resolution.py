@@ -37,14 +37,14 @@ def unresolved(plate: Plate, mesh: Mesh, touches: Sequence[Touch], xy: F64) -> M
     near = np.zeros(len(xy), dtype=bool)
     for touch in touches:
         place = np.array([[touch.x, touch.y]])
-        reach = _ELEMENTS * _element(mesh, place[0])
+        reach = _ELEMENTS * element_at(mesh, place[0])
         if touch.radius < reach:
             reach = max(reach, _THICKNESSES * float(plate.material(place)[0][0]))
             near |= np.hypot(*(xy - place).T) <= reach
     return near
 
 
-def _element(mesh: Mesh, place: F64) -> float:
+def element_at(mesh: Mesh, place: F64) -> float:
     """Longer side of the elements about a place, mm."""
     longest = 0.0
     for axis, nodes in enumerate(mesh.nodes):

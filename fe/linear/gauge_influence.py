@@ -15,14 +15,12 @@ from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.resolution import unresolved
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint, solve_adjoint
-from fe.linear.linear import CURVATURES, Face, Linear, height
+from fe.linear.linear import CURVATURES, FACES, Face, Linear, height
 from fe.linear.mesh_error import left, less_mesh
 from fe.linear.touch_mesh import gauge_mesh
 from fe.plate.checks import number
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
-
-_FACES: tuple[Face, Face, Face] = ("top", "middle", "bottom")
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +122,7 @@ class Influence:
             self.mesh,
             gauges=self.gauges,
             values=self.adjoint.values,
-            face=np.array(list(_FACES).index(self.face)),
+            face=np.array(FACES.index(self.face)),
             length=np.array(self.length),
         )
 
@@ -141,7 +139,7 @@ class Influence:
         known = {**arrays, **{name: value for name, value in before.items() if name not in arrays}}
         plate, mesh, found = restore(known, "gauges", "values", "face", "length")
         gauges, values, face, length = found
-        return cls(Adjoint(plate, mesh, values), gauges, _FACES[int(face)], float(length))
+        return cls(Adjoint(plate, mesh, values), gauges, FACES[int(face)], float(length))
 
 
 def influence(

@@ -20,13 +20,15 @@ from fe.linear.buckling import check_buckling
 from fe.linear.demand import OVERSTRAINED, strain_demand
 from fe.linear.energy import free, stiffness
 from fe.linear.load import spread
-from fe.linear.mesh_error import MeshError, left, less_mesh
+from fe.linear.mesh_error import MeshError, left, less_mesh, under_touches
 from fe.linear.touch_mesh import touch_mesh
 from fe.plate.loads import Load, acts_along, singular_places
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 
 Face = Literal["top", "middle", "bottom"]
+
+FACES: tuple[Face, Face, Face] = ("top", "middle", "bottom")
 
 # Height of a face in thicknesses, along z out of the touched face.
 _HEIGHT: dict[Face, float] = {"top": 0.5, "middle": 0.0, "bottom": -0.5}
@@ -120,8 +122,10 @@ class LinearState:
         less = Linear(self.plate, less_mesh(self.mesh)).deflect(self.touches, self.loads)
         # Where this mesh resolves the strain the other one is read too, though it may not.
         less = replace(less, touches=(), loads=())
+        xy = self.plate.points(xy)
+        near = under_touches(self.plate, self.mesh, self.touches, xy)
         return MeshError(
-            left(self.deflection(xy), less.deflection(xy)),
+            np.maximum(left(self.deflection(xy), less.deflection(xy)), near),
             left(self.strain(xy, face), less.strain(xy, face)),
         )
 

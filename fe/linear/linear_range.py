@@ -20,6 +20,7 @@ from fe.linear.energy_minimum import min_energy_fraction
 from fe.linear.linear import Linear, LinearState
 from fe.linear.membrane import Membrane, stretch
 from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
+from fe.plate.aspect import check_aspect
 from fe.plate.checks import positive
 from fe.plate.plate import Plate
 from fe.plate.thin import check_thin, shear_fraction
@@ -93,13 +94,8 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
 
 def _mesh(plate: Plate) -> Mesh:
     """Return an even mesh; for a long plate one that is coarse between the places of touches."""
-    aspect = max(plate.size) / min(plate.size)
-    if aspect > _LONGEST:
-        raise ValueError(
-            f"plate must be at most {_LONGEST:g} times as long as wide, got {plate.size[0]:g} x "
-            f"{plate.size[1]:g} mm, {aspect:.4g} times; leave out of it what is far from touches"
-        )
-    if aspect <= _LONG:
+    check_aspect(plate, _LONGEST)
+    if max(plate.size) / min(plate.size) <= _LONG:
         return even_grid(plate, _SIDE)
     xy = _over(plate, _PLACES)
     return graded(plate, xy, np.zeros(len(xy)), _ALONG)

@@ -21,6 +21,7 @@ _GRADING = Grading(finest=160.0, growth=0.15, elements=36000)
 # all along a strip take more elements the longer it is.
 _FOR_GAUGES = _GRADING._replace(across=10.0, far=3.5)
 _BY_ASPECT = 600
+_STRIP = 64000  # at most: on longer strips elements at all gauges are coarser
 # Pressure and lines bend the plate between its touches. On a square their strains err by 1e-4 of
 # the largest, as those of 120 equal elements do by 3e-4.
 _SPREAD = _GRADING._replace(across=12.0)
@@ -55,8 +56,8 @@ def loaded_places(plate: Plate, touches: Sequence[Touch], loads: Sequence[Load])
 
 def gauge_mesh(plate: Plate, gauges: F64) -> Mesh:
     """Return the mesh for touches anywhere and gauges (M, 2) mm that are known."""
-    elements = round(_BY_ASPECT * max(plate.size) / min(plate.size))
-    grading = _FOR_GAUGES._replace(elements=max(elements, _FOR_GAUGES.elements))
+    along = min(round(_BY_ASPECT * max(plate.size) / min(plate.size)), _STRIP)
+    grading = _FOR_GAUGES._replace(elements=max(along, _FOR_GAUGES.elements))
     return _fine_at(plate, gauges, np.zeros(len(gauges)), grading)
 
 
@@ -71,9 +72,10 @@ def _fine_at(plate: Plate, xy: F64, radius: F64, grading: Grading) -> Mesh:
     It is where there is no disc; and on a square whose discs are so many that grading takes more
     elements than the default mesh, which resolves every place of it.
     """
-    default = default_mesh(plate)
     if not len(xy):
-        return default
+        return default_mesh(plate)
     fine = graded(plate, xy, radius, grading)
-    square = plate.size[0] == plate.size[1]
-    return default if square and np.prod(fine.counts) > np.prod(default.counts) else fine
+    if plate.size[0] != plate.size[1]:
+        return fine
+    default = default_mesh(plate)
+    return default if np.prod(fine.counts) > np.prod(default.counts) else fine

@@ -6,16 +6,17 @@ energy of the states outside.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from fe.arrays import F32, F64
+from fe.arrays import F32, F64, I64
 from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
 from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
+from fe.reduced.parallel import in_parts
 from fe.reduced.symmetry import Symmetry, from_to
 from fe.reduced.training import SnapshotParts, Snapshots, copied, copied_parts
 
@@ -48,13 +49,21 @@ class ReducedBasis(NamedTuple):
     stretched: float
 
 
-def basis(karman: Karman, states: Snapshots, shapes: F64, ways: Sequence[Symmetry]) -> ReducedBasis:
+def basis(
+    karman: Karman,
+    states: Snapshots,
+    shapes: F64,
+    ways: Sequence[Symmetry],
+    progress: Callable[[], object] = lambda: None,
+) -> ReducedBasis:
     """Find the basis of some states and of their copies, with `fixed_shapes` of them.
 
-    The copies of one kind are gone before those of the next are made.
+    The copies of one kind are gone before those of the next are made. `progress` is called 1 +
+    `PARTS` times.
     """
     drifts = _drifts(karman, states, ways)
-    stresses, stretched = _stresses(karman, states, ways)
+    progress()
+    stresses, stretched = _stresses(karman, states, ways, progress)
     return ReducedBasis(shapes, stresses, drifts, stretched)
 
 
@@ -71,14 +80,16 @@ def fixed_shapes(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry])
     return shapes
 
 
-def _stresses(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> tuple[F64, float]:
+def _stresses(
+    karman: Karman, states: Snapshots, ways: Sequence[Symmetry], progress: Callable[[], object]
+) -> tuple[F64, float]:
     """Stresses (3, gx, gy, M), and the largest norm of a state in them.
 
     Work of one copy on another is that of the state on the copy which leads from one to the other:
     copies of all stresses, the largest arrays of all that is made, are never there together.
     """
     values = copied(lambda way: way.deflections(states.values), ways)
-    own = stretching_work(karman, states.stress, values)
+    own = stretching_work(karman, states.stress, values, progress)
     blocks = own.reshape(len(own), len(ways), -1)[:, from_to(ways)]
     energy = blocks.transpose(1, 0, 2, 3).reshape(values.shape[2], -1)
     mixed = balanced(0.5 * (energy + energy.T), _STRESSES)
@@ -90,15 +101,26 @@ def _stresses(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> tu
     return stresses, float(np.linalg.norm(mixed.T @ energy, axis=0).max())
 
 
-def stretching_work(karman: Karman, stress: F64, values: F64) -> F64:
-    """Work of C stresses (3, gx, gy, C) on the stretching of S deflections: (C, S), N mm."""
+def stretching_work(
+    karman: Karman, stress: F64, values: F64, progress: Callable[[], object] = lambda: None
+) -> F64:
+    """Work of C stresses (3, gx, gy, C) on the stretching of S deflections: (C, S), N mm.
+
+    `progress` is called `PARTS` times.
+    """
     count = values.shape[2]
     work = np.empty((stress.shape[-1], count))
-    for first in range(0, count, _TOGETHER):
-        part = slice(first, first + _TOGETHER)
-        strain = karman.membrane.stretching(values[:, :, part])
-        work[:, part] = karman.membrane.work(stress, strain)
+    for some in in_parts(count):
+        for part in _together(some):
+            strain = karman.membrane.stretching(values[:, :, part])
+            work[:, part] = karman.membrane.work(stress, strain)
+        progress()
     return work
+
+
+def _together(some: I64) -> list[I64]:
+    """Divide numbers of states into those that are computed at once."""
+    return [some[first : first + _TOGETHER] for first in range(0, len(some), _TOGETHER)]
 
 
 def _drifts(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> F64:
@@ -117,10 +139,13 @@ def at_nodes(karman: Karman, stresses: F64) -> F64:
     return np.einsum("ig,jh,cghm->ijcm", x, y, stresses, optimize=True)
 
 
-def work_on_strain(karman: Karman, stresses: F64, drifts: F64) -> F32:
+def work_on_strain(
+    karman: Karman, stresses: F64, drifts: F64, progress: Callable[[], object] = lambda: None
+) -> F32:
     """Work of the stresses of a basis, and of those that its displacements as forces bring.
 
-    Single precision, for the reduced plate errs by more than 1e-4.
+    Single precision, for the reduced plate errs by more than 1e-4. `progress` is called 2 `PARTS`
+    times.
 
     Returns
     -------
@@ -129,14 +154,16 @@ def work_on_strain(karman: Karman, stresses: F64, drifts: F64) -> F32:
     """
     membrane, own = karman.membrane, stresses.shape[3]
     rows = np.empty((own + drifts.shape[3], stresses[..., 0].size), dtype=np.float32)
-    for first in range(0, own, _TOGETHER):
-        part = slice(first, min(first + _TOGETHER, own))
-        rows[part] = membrane.weigh(stresses[..., part])
-    for first in range(0, drifts.shape[3], _TOGETHER):
-        fields = drifts[..., first : first + _TOGETHER]
-        forces = np.stack([spread_out(karman.mesh, component) for component in fields])
-        drifting = membrane.weigh(membrane.stress(membrane.strain(membrane.solve(forces))))
-        rows[own + first : own + first + len(drifting)] = -drifting
+    for some in in_parts(own):
+        for part in _together(some):
+            rows[part] = membrane.weigh(stresses[..., part])
+        progress()
+    for some in in_parts(drifts.shape[3]):
+        for part in _together(some):
+            forces = np.stack([spread_out(karman.mesh, one) for one in drifts[..., part]])
+            drifting = membrane.stress(membrane.strain(membrane.solve(forces)))
+            rows[own + part] = -membrane.weigh(drifting)
+        progress()
     return rows
 
 

@@ -32,7 +32,7 @@ _STRIDE = 2
 _FEWEST = 10
 # Places that are computed at once: their slopes at all Gauss points are what takes memory.
 _TOGETHER = 6
-_FORM_STEPS = 20
+_FORM_STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ it does the linear plate.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -27,6 +28,9 @@ from fe.plate.plate import Plate
 from fe.reduced.tension import TensionPattern, tension_pattern
 
 _ITERATIONS = 30
+PREPARED = 3
+"""Words of progress while a plate is prepared."""
+
 _INNER = 200  # of the conjugate gradients in a step; some ten are usual
 
 
@@ -83,11 +87,22 @@ class Karman:
         """Bending rigidity of each element, (nx, ny) float64, N mm."""
         return rigidities(self.plate, self.mesh)
 
-    def prepare(self) -> None:
-        """Compute what all loads need, before threads ask for it at once."""
-        _ = self.linear.factor, self.membrane.factor, self.stiffness, self.pattern, self.order
+    def prepare(self, progress: Callable[[], object] = lambda: None) -> None:
+        """Compute what all loads need, before threads ask for it at once.
+
+        Parameters
+        ----------
+        progress : callable
+            Called `PREPARED` times.
+        """
+        _ = self.linear.factor
+        progress()
+        _ = self.membrane.factor
+        progress()
+        _ = self.stiffness, self.pattern, self.order
         if self.plate.shape is not None:
             _ = self.membrane.rest
+        progress()
 
     def bend(self, values: F64) -> F64:
         """Multiply deflections by the `stiffness` alone: tables (2 nx + 2, 2 ny + 2, C), N."""

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fe.arrays import F64
+from fe.arrays import F64, Mask
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh
 from fe.linear.linear import Face, LinearState
+from fe.linear.load import spread
+from fe.linear.mesh_error import MeshError, more_mesh, over, under_touches
 from fe.plate.plate import Plate
+from fe.reduced.basis import at_nodes
 from fe.reduced.interpolation import between
+from fe.reduced.karman import Karman
 from fe.reduced.result import Trust
+
+_BALANCED = 1e-6  # of the load
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +92,45 @@ class LargeState:
         xy = self.plate.points(xy)
         middle = middle_strain(self.plate, self.mesh, self.stress, xy)
         return self.bent.strain(xy, face) + middle[:, :, 0]
+
+    def near_touch(self, xy: ArrayLike) -> Mask:
+        """Whether points (K, 2) mm lie so near to a point force that strain is not resolved."""
+        return self.bent.near_touch(xy)
+
+    def mesh_error(self, xy: ArrayLike, face: Face = "top") -> MeshError:
+        """Estimate how far deflection and strain at points (K, 2) mm are off.
+
+        By the mesh, and by what the reduced plate leaves out. At the first call the whole plate is
+        solved on one and a half times the elements along each side, which takes seconds.
+
+        Raises
+        ------
+        ValueError
+            The whole plate finds no balance under these touches.
+        """
+        xy = self.plate.points(xy)
+        near = under_touches(self.plate, self.mesh, self.bent.touches, xy)
+        deflection = over(self.deflection(xy), self._on_more.deflection(xy))
+        strain = over(self.strain(xy, face), self._on_more.strain(xy, face))
+        return MeshError(np.maximum(deflection, near), strain)
+
+    @cached_property
+    def _on_more(self) -> LargeState:
+        """The whole plate under the same touches, on more elements."""
+        karman = Karman(self.plate, more_mesh(self.mesh))
+        xy, along_z, _ = spread(self.plate, karman.mesh, self.bent.touches)
+        loads = np.zeros((*karman.mesh.shape, 1))
+        derivative(karman.mesh, xy).add_to(loads, along_z, np.zeros(len(xy), dtype=np.int64))
+        found = karman.solve(loads, _BALANCED)
+        if not found.residual <= _BALANCED:
+            raise ValueError(
+                "error of a reduced state needs a balance of the whole plate, got a residual of "
+                f"{found.residual:.2g} of the load; press less"
+            )
+        # Without its touches: where this state resolves the strain the other one is read too.
+        bent = LinearState(self.plate, karman.mesh, found.values)
+        stress = at_nodes(karman, found.plane.stress)
+        return LargeState(bent, found.plane.values, stress, self.result)
 
 
 def drift_at(mesh: Mesh, plane: F64, xy: F64) -> F64:

@@ -7,17 +7,18 @@ from collections.abc import Callable
 import numpy as np
 
 from fe.elements.mesh import Mesh, even_grid, mesh_for
+from fe.plate.aspect import check_aspect
 from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.reduced.basis import ReducedBasis, at_nodes, basis, fixed_shapes, work_on_strain
 from fe.reduced.forms import form_steps, forms
 from fe.reduced.karman import Karman
-from fe.reduced.parallel import Steps
+from fe.reduced.parallel import PARTS, Steps
 from fe.reduced.reduced import Reduced
 from fe.reduced.symmetry import symmetries
 from fe.reduced.touch_shape import TouchShapes, touch_shapes
-from fe.reduced.training import sample, snapshots, split
+from fe.reduced.training import sample, snapshot_steps, snapshots, split
 
 # Elements for the side of a square, and the part of the shorter one that the rim takes along each
 # edge. Elements of the rim are smaller: where a clamped edge meets a free one strain is singular,
@@ -25,6 +26,8 @@ from fe.reduced.training import sample, snapshots, split
 _SIDE = 36
 _RIM = 0.1
 _RIM_ELEMENTS = 6
+# Longer plates take gigabytes and a quarter of an hour.
+_LONGEST = 250.0
 
 
 def reduced_plate(
@@ -52,7 +55,8 @@ def reduced_plate(
     Raises
     ------
     ValueError
-        The mesh does not fit the plate, or the force is not positive.
+        The mesh does not fit the plate, the force is not positive, or the plate is more than 250
+        times as long as wide and no mesh is given.
     """
     force = positive(force, "largest force", "N")
     check_thin(plate)
@@ -60,10 +64,14 @@ def reduced_plate(
     karman = Karman(plate, mesh)
     # A quarter of the states with four copies of each left an error of 13 %, a half of them 1 %.
     touches = sample(plate, force, max(len(symmetries(plate, mesh)) // 2, 1))
-    steps = Steps(progress, len(touches) + form_steps(mesh))
+    steps = Steps(progress, 2 + _trained_steps(touches) + 2 * PARTS + form_steps(mesh))
+    _ = karman.linear.factor
+    steps.one()
     moving = touch_shapes(karman)
+    steps.one()
     shapes, stresses, drifts, stretched = _trained(moving, touches, steps.one)
-    nodal, work = at_nodes(karman, stresses), work_on_strain(karman, stresses, drifts)
+    nodal = at_nodes(karman, stresses)
+    work = work_on_strain(karman, stresses, drifts, steps.one)
     del stresses  # as large as all that is kept
     fitted = forms(moving, shapes, work, nodal.shape[3], steps.one)
     fixed = np.zeros((*mesh.shape, fitted.fixed.shape[1]))
@@ -78,11 +86,18 @@ def _trained(
     karman = shapes.karman
     states = snapshots(karman, touches, progress)
     ways = symmetries(karman.plate, karman.mesh)
-    fixed = fixed_shapes(karman, split(shapes, states), ways)
-    return basis(karman, states, fixed, ways)
+    fixed = fixed_shapes(karman, split(shapes, states, progress), ways)
+    progress()
+    return basis(karman, states, fixed, ways, progress)
+
+
+def _trained_steps(touches: list[tuple[Touch, ...]]) -> int:
+    """Count the steps of `_trained`: states, their parts, fixed shapes, drifts, stresses."""
+    return snapshot_steps(touches) + PARTS + 1 + 1 + PARTS
 
 
 def _mesh(plate: Plate) -> Mesh:
+    check_aspect(plate, _LONGEST)
     if plate.patches:
         return even_grid(plate, _SIDE)
     rim = _RIM * min(plate.size)

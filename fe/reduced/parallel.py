@@ -8,8 +8,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
+
+from fe.arrays import I64
+
 Given = TypeVar("Given")
 Found = TypeVar("Found")
+
+PARTS = 8
+"""Parts of a stretch of work, after each of which it says a word of progress."""
 
 # Factors, solves and products leave the interpreter, so that threads do; the glue between them does
 # not, and more than two wait for it.
@@ -24,6 +31,11 @@ def in_parallel(work: Callable[[Given], Found], given: Iterable[Given]) -> Itera
             yield from pool.map(work, given)
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def in_parts(count: int) -> list[I64]:
+    """Divide so many things into `PARTS`, some of which are empty where they are few."""
+    return np.array_split(np.arange(count), PARTS)
 
 
 @dataclass

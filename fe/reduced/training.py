@@ -13,8 +13,8 @@ from fe.elements.functional import derivative
 from fe.elements.mesh import scaled_mesh
 from fe.elements.refinement import refined
 from fe.plate.plate import Plate, Touch
-from fe.reduced.karman import Deflected, Karman
-from fe.reduced.parallel import in_parallel
+from fe.reduced.karman import PREPARED, Deflected, Karman
+from fe.reduced.parallel import in_parallel, in_parts
 from fe.reduced.symmetry import Symmetry
 from fe.reduced.touch_shape import TouchShapes
 
@@ -114,6 +114,13 @@ def snapshots(
 ) -> Snapshots:
     """Solve the whole plate under each set of touches, two at a time, from half the elements on.
 
+    Parameters
+    ----------
+    karman : Karman
+    touches : list of tuple of Touch
+    progress : callable
+        Called `snapshot_steps` times.
+
     Raises
     ------
     ValueError
@@ -125,8 +132,8 @@ def snapshots(
     plane = np.empty((2, *karman.mesh.shape, count))
     balanced = np.zeros(count, dtype=bool)
     coarse = Karman(karman.plate, scaled_mesh(karman.mesh, 0.5))
-    coarse.prepare()
-    karman.prepare()
+    coarse.prepare(progress)
+    karman.prepare(progress)
 
     def solve(pressed: tuple[Touch, ...]) -> Deflected:
         loads, fine = pressure(coarse, pressed), pressure(karman, pressed)
@@ -156,6 +163,11 @@ def snapshots(
     return Snapshots(kept, values[:, :, balanced], stress[..., balanced], plane[..., balanced])
 
 
+def snapshot_steps(touches: list[tuple[Touch, ...]]) -> int:
+    """Count the steps of `snapshots`."""
+    return 2 * PREPARED + len(touches)
+
+
 def pressure(karman: Karman, touches: tuple[Touch, ...]) -> F64:
     """Generalised loads of point touches, (2 nx + 2, 2 ny + 2, 1) float64, N."""
     xy = np.array([(t.x, t.y) for t in touches])
@@ -165,11 +177,13 @@ def pressure(karman: Karman, touches: tuple[Touch, ...]) -> F64:
     return loads
 
 
-def split(shapes: TouchShapes, states: Snapshots) -> SnapshotParts:
+def split(
+    shapes: TouchShapes, states: Snapshots, progress: Callable[[], object] = lambda: None
+) -> SnapshotParts:
     """Take from the states what the shapes that move with the touches hold of them.
 
     That is the linear part, and of the tense shapes as much as brings the bending energy of the
-    rest to its least.
+    rest to its least. `progress` is called `PARTS` times.
     """
     free, stiffness = shapes.karman.linear.free, shapes.karman.stiffness
 
@@ -185,7 +199,11 @@ def split(shapes: TouchShapes, states: Snapshots) -> SnapshotParts:
         left = left - tense @ np.linalg.lstsq(tense.T @ bent, bent.T @ left, rcond=1e-10)[0]
         return linear, left / size
 
-    linear, rest = zip(*in_parallel(part, range(len(states.touches))), strict=True)
+    found: list[tuple[F64, F64]] = []
+    for some in in_parts(len(states.touches)):
+        found += in_parallel(part, some.tolist())
+        progress()
+    linear, rest = zip(*found, strict=True)
     return SnapshotParts(np.concatenate(linear, axis=1), np.stack(rest, axis=1))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from fe.arrays import F64
 from fe.elements.band import cholesky
 from fe.elements.functional import derivative, recovered
 from fe.linear.linear import Face, height
+from fe.linear.mesh_error import left
 from fe.shell.measure import ORDERS, strain_variation, surface, turning
 from fe.shell.state import ShellState
 
@@ -27,11 +29,14 @@ class ShellInfluence:
     gauges : (M, 2) float64, mm
     values : (2 nx + 2, 2 ny + 2, 9 M) float64, strain per N, read only
         Unknowns of the responses to forces along x, then y, then z; of each gauge exx, eyy, exy.
+    face : str
+        On which the gauges lie, "top", "middle" or "bottom".
     """
 
     state: ShellState
     gauges: F64
     values: F64
+    face: Face = "top"
 
     def strain(self, xy: ArrayLike) -> F64:
         """Change of strain of every gauge for a touch of 1 N at each place (K, 2) mm.
@@ -65,6 +70,23 @@ class ShellInfluence:
             for i, (p, q) in enumerate(ORDERS[:2])
         ]
         return np.stack(parts, axis=-1)
+
+    def mesh_error(self, xy: ArrayLike) -> F64:
+        """Estimate how far `strain` is off because of the mesh: (K, M, 3) float64, strain per N.
+
+        Solves the state once more on two thirds of the elements, at the first call, and then every
+        gauge there.
+
+        Raises
+        ------
+        ValueError
+            A place lies outside the plate, or as for `ShellState.mesh_error`.
+        """
+        return left(self.strain(xy), self._on_less.strain(xy))
+
+    @cached_property
+    def _on_less(self) -> ShellInfluence:
+        return shell_influence(self.state.on_less, self.gauges, self.face)
 
     def _along(self, direction: F64, xy: F64, p: int, q: int) -> F64:
         """Response (K, M, 3) to forces against directions (K, 3), or its derivative."""
@@ -120,4 +142,4 @@ def shell_influence(state: ShellState, gauges: ArrayLike, face: Face = "top") ->
         loads[:, :, c] = part
     solved = free @ factor.solve(free.T @ loads.reshape(-1, count))
     values = solved.reshape(*mesh.shape, 3 * count)
-    return ShellInfluence(state, gauges, mesh.table(values, 3 * count))
+    return ShellInfluence(state, gauges, mesh.table(values, 3 * count), face)

@@ -17,7 +17,7 @@ from fe.elements.nodal_loads import nodal_loads
 from fe.elements.resolution import unresolved
 from fe.linear.linear import Face, height
 from fe.linear.load import spread
-from fe.linear.mesh_error import MeshError, left
+from fe.linear.mesh_error import MeshError, left, under_touches
 from fe.plate.loads import Load, singular_places
 from fe.plate.plate import Plate, Touch
 from fe.shell.base import Base
@@ -137,14 +137,32 @@ class ShellState:
     def mesh_error(self, xy: ArrayLike, face: Face = "top") -> MeshError:
         """Estimate how far deflection and strain at points (K, 2) mm are off because of the mesh.
 
-        Solves once more on two thirds of the elements: base, touches, all pressed at once, and
-        then what else is applied.
+        Solves once more on two thirds of the elements, at the first call: base, touches, all
+        pressed at once, and then what else is applied.
 
         Raises
         ------
         ValueError
             Nodal loads act whose work on fewer elements is not known, or no equilibrium was found
             on two thirds of the elements.
+        """
+        # Where this mesh resolves the strain the other one is read too, though it may not.
+        less = replace(self.on_less, touches=(), applied=())
+        xy = self.plate.points(xy)
+        near = under_touches(self.plate, self.mesh, self.touches, xy)
+        return MeshError(
+            np.maximum(left(self.deflection(xy), less.deflection(xy)), near),
+            left(self.strain(xy, face), less.strain(xy, face)),
+        )
+
+    @cached_property
+    def on_less(self) -> ShellState:
+        """The same state on two thirds of the elements, solved when it is first asked for.
+
+        Raises
+        ------
+        ValueError
+            As for `mesh_error`.
         """
         if self.beside:
             raise ValueError(
@@ -161,12 +179,7 @@ class ShellState:
                 "error of the mesh needs an equilibrium on fewer elements too, got "
                 f"{less.mesh.counts} elements and none; give a finer mesh"
             )
-        # Where this mesh resolves the strain the other one is read too, though it may not.
-        less = replace(less, touches=(), applied=())
-        return MeshError(
-            left(self.deflection(xy), less.deflection(xy)),
-            left(self.strain(xy, face), less.strain(xy, face)),
-        )
+        return less
 
     def touch(self, touches: Sequence[Touch]) -> ShellState:
         """Press further: the state with these touches beside the loads that are there.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rig.live.bench import Bench
 from rig.live.frame_estimate import FrameEstimate
+from rig.live.plate_in_time import Past
 from rig.live.reported import report_frame
 from rig.live.strain_chain import with_strain
 from rig.recording.layout import covariances, places, state, there
@@ -35,21 +36,26 @@ def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replaye
     """Find the touches of every whole frame again.
 
     A frame starts from the state that was recorded with it and not from what the last one gives, so
-    that frames which are not in the file make no difference.
+    that frames which are not in the file make no difference. How a plate rings and what it has
+    crept to is not in the file: that goes on from frame to frame, from a plate at rest in the first
+    one and in that of a new reference.
 
     Raises
     ------
     OSError
         If the file is damaged.
     """
-    used, prepared = 0, bench.prepare_all(session.reference)
+    used, prepared, past = 0, bench.prepare_all(session.reference), Past()
     for index in range(session.frames):
         row = session.row(index)
         recorded = frame(row)
         number, reference = session.reference_of(row)
         if number != used:
-            used, prepared = number, bench.prepare_all(reference)
-        found = report_frame(prepared.chain, prepared.net, recorded.image, state(row), watch)
+            used, prepared, past = number, bench.prepare_all(reference), Past()
+        begun, when = replace(state(row), past=past), recorded.captured
+        chain, net = prepared.chain, prepared.net
+        found = report_frame(chain, net, recorded.image, begun, watch, time=when)
+        past = found.state.past
         found = with_strain(prepared.strain, found, watch, bench.alignment)
         rounding = 0.0 if prepared.chain.estimator.bench is None else ROUNDING
         same = _same(places(found.estimate), row["touches/place"], rounding)

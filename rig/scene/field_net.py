@@ -9,7 +9,7 @@ from rig.scene.section import Section
 
 
 class FieldNetSection(Section):
-    """How the field net is trained: on drawn fields, plates under touches among them, and images if asked to.
+    """How the field net is trained: on drawn fields, plates under touches among them, or images.
 
     It belongs to no plate; `touchplate correlate --field net` takes it.
     """

@@ -28,14 +28,15 @@ class TwinSection(Section):
         "weights",
         "melody",
         "presses",
+        "taps",
         "empty",
         "board",
         "board-on-plate",
     ] = Field(
         "tour",
         description="touches: a tour of moves and presses, random ones, a finger that writes,"
-        " known presses, weights laid one beside the other, a melody on keys, presses that rest, or"
-        " none;"
+        " known presses, weights laid one beside the other, a melody on keys, presses that rest,"
+        " taps of a knuckle, or none;"
         " or the board of a calibration, held before the camera or lying on the plate",
     )
     text: Text = Field("TOUCH", description="what the script 'letters' writes, A to Z")
@@ -57,6 +58,12 @@ class TwinSection(Section):
     )
     twist_speed: TurningSpeed = Field(
         0.0, description="at which they turn against each other meanwhile, deg/s"
+    )
+    rings: bool = Field(
+        False,
+        strict=True,
+        description="whether its plate rings, with the density and damping of [dynamics]; else it"
+        " is at equilibrium in every frame",
     )
     departure: DepartureSection | None = Field(
         None, description="how its bench differs from what the scene says [in nothing]"

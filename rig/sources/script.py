@@ -17,6 +17,7 @@ STILL = 1.0  # s at the start of every script in which nothing touches and nothi
 RAMP = 0.3  # s that a finger takes to press and to leave
 PLACES = 6  # of the script 'presses', which begins again after them
 HELD, LIFTED = 3.0, 1.0  # s of each, and from one to the next
+TAPPED, APART = 0.02, 1.0  # s that a tap of a knuckle lasts, and from one to the next
 INSET = 25.0  # mm from an edge, or a quarter of the side, within which no random touch lies
 TURN, PAUSE = 1.6, 0.3  # s from one known press to the next, and without a touch between
 
@@ -136,6 +137,21 @@ def pressing(size: tuple[float, float], presses: tuple[ScriptedPress, ...]) -> S
         within = time if time < STILL or not presses else STILL + (time - STILL) % length
         at = (press.at(within, size) for press in presses)
         return tuple(touch for touch in at if touch is not None)
+
+    return touches
+
+
+def taps(size: tuple[float, float], force: tuple[float, float], seed: int) -> Script:
+    """Tap the plate once a second, as hard as half a sine, at places drawn as for `presses`."""
+    places = [(press.path[0], press.force[0]) for press in presses(size, force, seed)]
+
+    def touches(time: float) -> tuple[fe.Touch, ...]:
+        turn, age = divmod(time - STILL, APART)
+        if at_rest(time) or not 0.0 < age < TAPPED:
+            return ()
+        (x, y), hard = places[int(turn) % len(places)]
+        now = hard * float(np.sin(np.pi * age / TAPPED))
+        return (fe.Touch(x * size[0], y * size[1], now),)
 
     return touches
 

@@ -17,11 +17,13 @@ from rig.scene.bench import CameraSection, PatternSection, SensorSection
 from rig.scene.departure import DepartureSection
 from rig.scene.plate import BaseSection, PlateSection, TouchesSection
 from rig.scene.source import TwinSection
+from rig.scene.theory import choose, largest_force
 from rig.sources import script
 from rig.sources.held_board import HeldBoard, held_before, lying_on
 from rig.sources.letters import letters
 from rig.sources.performed import melody, weights
 from rig.sources.real_twin import RealTwin, build_real_twin
+from rig.sources.ringing import RingingFace, require_plain, ringing_face
 from rig.sources.script import Script
 from rig.system import cache
 from rig.system.arrays import F64
@@ -59,6 +61,8 @@ class Twin:
         From the reading of the first row to that of the last; 0 for a global shutter.
     board : HeldBoard or None
         What is held before the camera in the place of the plate.
+    ringing : RingingFace or None
+        None where the plate is at equilibrium in every frame.
     """
 
     solver: Solver
@@ -72,14 +76,16 @@ class Twin:
     rest: int = 0
     readout: float = 0.0
     board: HeldBoard | None = None
+    ringing: RingingFace | None = None
 
     def time(self, sequence: int) -> float:
         """Time of the script at frame `sequence`, s."""
         return max(0, sequence - self.rest) / self.rate
 
     def touches(self, sequence: int) -> tuple[fe.Touch, ...]:
-        """Touches on the plate in the middle of the readout of frame `sequence`."""
-        return self._touches(self.time(sequence))
+        """Touches on the plate in the middle of the readout, or exposure, of frame `sequence`."""
+        before = self.ringing.exposure / 2 if self.ringing else 0.0
+        return self._touches(max(self.time(sequence) - before, 0.0))
 
     def _touches(self, time: float) -> tuple[fe.Touch, ...]:
         return tuple(replace(touch, radius=self.radius) for touch in self.script(time))
@@ -104,6 +110,8 @@ class Twin:
 
         Touches that are not those of the script stay as they are while all rows are read.
         """
+        if self.ringing and touches == self.touches(sequence):
+            return self.ringing.displacement(self.time(sequence), self._touches, self._moved)
         if not self.readout or touches != self.touches(sequence):
             return self._moved(touches)
         middle, before = self.time(sequence), self.readout / 2
@@ -119,8 +127,12 @@ class Twin:
         return np.asarray(state.displacement(self.warper.points, face), dtype=np.float64)
 
 
+def _quiet(done: int, total: int) -> None:
+    """Say nothing of progress."""
+
+
 def open_play(
-    scene: Scene, report: Callable[[int, int], None] = lambda done, total: None
+    scene: Scene, report: Callable[[int, int], None] = _quiet
 ) -> Twin | RealTwin | BentTwin:
     """Build the twin of a scene, on its bench as it is described or as it really is, or bent.
 
@@ -136,6 +148,8 @@ def open_play(
         See `build_twin`, `build_real_twin` and `build_bent_twin`.
     """
     match scene:
+        case Scene(source=TwinSection(rings=True)):
+            return build_twin(scene, report)
         case Scene(
             plate=PlateSection() as plate,
             base=BaseSection() as base,
@@ -163,7 +177,7 @@ def open_play(
             return build_twin(scene, report)
 
 
-def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None) -> Twin:
+def build_twin(scene: Scene, report: Callable[[int, int], None] = _quiet) -> Twin:
     """Build the twin of a scene on the bench described; the sharp pattern is kept in the cache.
 
     Under large touches the plate is the reduced one: a shell takes seconds a frame.
@@ -194,9 +208,16 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         (synthetic, pattern.model_dump(), view, plate.thickness),
         lambda: synthetic.prepare_warp(pattern.build(plate), view, height).arrays(),
     )
+    if source.rings:
+        require_plain(scene, choose(scene, plate, largest_force(scene)).name)
+    solver = plate_solver(scene, plate, ELEMENTS, report)
+    warper = synthetic.Warper.from_arrays(view, height, arrays)
+    ringing = None
+    if source.rings:
+        ringing = ringing_face(scene, plate.build(), warper.points, view.face, report)
     return Twin(
-        solver=plate_solver(scene, plate, ELEMENTS, progress or (lambda done, total: None)),
-        warper=synthetic.Warper.from_arrays(view, height, arrays),
+        solver=solver,
+        warper=warper,
         sensor=sensor.build(),
         script=play,
         rate=camera.rate,
@@ -205,6 +226,7 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         radius=scene.touches.radius if scene.touches else 0.0,
         readout=camera.readout,
         board=_board(source, plate, view),
+        ringing=ringing,
     )
 
 
@@ -221,11 +243,20 @@ def _board(source: TwinSection, plate: PlateSection, view: synthetic.AnyCamera) 
 def _script(
     source: TwinSection, plate: PlateSection, touches: TouchesSection | None, rate: float
 ) -> Script:
-    match source.script, touches:
-        case "tour", _:
+    match source.script:
+        case "tour":
             return script.tour(plate.size)
-        case "empty" | "board" | "board-on-plate", _:
+        case "empty" | "board" | "board-on-plate":
             return script.empty
+        case _:
+            return _forceful(source, plate, touches, rate)
+
+
+def _forceful(
+    source: TwinSection, plate: PlateSection, touches: TouchesSection | None, rate: float
+) -> Script:
+    """Return a script that draws its forces from the touches that are expected."""
+    match source.script, touches:
         case "letters", TouchesSection(force=force):
             return letters(plate.size, source.text, force[1], WRITES, source.pace)
         case "weights", TouchesSection(force=force):
@@ -234,6 +265,8 @@ def _script(
             return melody(plate.size, force)
         case "presses", TouchesSection(force=force):
             return script.pressing(plate.size, script.presses(plate.size, force, source.seed))
+        case "taps", TouchesSection(force=force):
+            return script.taps(plate.size, force, source.seed)
         case "collect", TouchesSection(force=force):
             return script.collect(plate.size, force, source.seed)
         case _, TouchesSection(force=force):

@@ -240,10 +240,17 @@ def _play(
         numbers[slot] = -1
         twin.frame(sequence, touches, images[slot])
         numbers[slot] = sequence
-        link.send((sequence, clock(), touches))
+        link.send((sequence, _taken(twin, start + sequence / twin.rate, clock()), touches))
         late = clock() - start - (sequence + 1) / twin.rate
         sleep(max(0.0, -late))
         sequence += 1 + max(0, int(late * twin.rate))
+
+
+def _taken(twin: Twin | RealTwin | BentTwin, due: float, now: float) -> float:
+    """When a frame was taken, s: when it is there, or where a plate rings when it stood so."""
+    from rig.sources.twin import Twin
+
+    return due if isinstance(twin, Twin) and twin.ringing else now
 
 
 def _released(

@@ -44,6 +44,103 @@ def test_the_error_of_an_influence_is_stated():
     assert stated / 4 < off < 4 * stated
 
 
+def drawn_plates():
+    """Plates with supported ends, held along their sides in three ways."""
+    rng = np.random.default_rng(11)
+    return [
+        fe.Plate(
+            (float(rng.uniform(90, 200)), float(rng.uniform(70, 120))),
+            1.0,
+            3000.0,
+            0.3,
+            fe.Edges(S, S, *sides),
+        )
+        for sides in ((C, C), (S, C), (S, fe.Free()))
+    ]
+
+
+def drawn_places(plate, count, seed):
+    return np.random.default_rng(seed).uniform(0.15, 0.85, (count, 2)) * plate.size
+
+
+def is_stated(off, stated):
+    """Whether errors are stated within a factor of three, by their rms."""
+    off, stated = (np.sqrt(np.mean(np.square(part))) for part in (off, stated))
+    return off / 3 < stated < 3 * off
+
+
+@pytest.mark.parametrize("plate", drawn_plates())
+@pytest.mark.parametrize("face", ["top", "bottom"])
+def test_the_error_of_a_displacement_influence_is_stated(plate, face):
+    at, touched = drawn_places(plate, 3, 1), drawn_places(plate, 4, 2)
+    influence = fe.displacement_influence(plate, at, fe.grid(plate, 36), face=face)
+    found, stated = influence.displacement(touched), influence.mesh_error(touched)
+    z, step = {"top": 0.5, "bottom": -0.5}[face], 1e-3
+
+    def w(touch, place):
+        return -levy(plate, tuple(touch), tuple(place), terms=8000)[0]
+
+    steps = step * np.eye(2)
+    off = np.empty(found.shape)
+    for k, touch in enumerate(touched):
+        for m, place in enumerate(at):
+            slopes = [(w(touch, place + d) - w(touch, place - d)) / (2 * step) for d in steps]
+            truth = [-z * slopes[0], -z * slopes[1], w(touch, place)]
+            off[k, m] = found[k, m] - truth
+    for component in (slice(0, 2), slice(2, 3)):
+        assert is_stated(off[:, :, component], stated[:, :, component])
+    again = fe.DisplacementInfluence.from_arrays(influence.arrays())
+    np.testing.assert_array_equal(again.mesh_error(touched), stated)
+
+
+@pytest.mark.parametrize("plate", drawn_plates())
+def test_under_a_point_force_the_error_of_the_deflection_is_stated(plate):
+    for place in drawn_places(plate, 4, 3):
+        state = fe.deflect(plate, [fe.Touch(*place, 1.0)], fe.grid(plate, 30))
+        off = state.deflection([place])[0] + levy(plate, tuple(place), tuple(place), 40000)[0]
+        (stated,) = state.mesh_error([place]).deflection
+        assert off / 3 < stated < 3 * off
+
+
+def test_the_error_of_modes_is_that_against_the_supported_plate():
+    for plate in drawn_plates():
+        held = fe.Plate(plate.size, 1.0, 3000.0, 0.3, S)
+        found = fe.modes(held, 20, fe.grid(held, 16))
+        m, n = np.meshgrid(np.arange(1, 30), np.arange(1, 30))
+        squares = (m / held.size[0]) ** 2 + (n / held.size[1]) ** 2
+        truth = held.rigidity * np.pi**4 * np.sort(squares.ravel() ** 2)[:20]
+        assert is_stated(found.stiffness - truth, found.mesh_error)
+
+
+@pytest.mark.parametrize("plate", drawn_plates())
+def test_the_error_of_modes_of_beam_products_is_that_of_the_sparse_problem_on_a_fine_mesh(plate):
+    clamped, springs = (
+        fe.Plate(plate.size, 1.0, 3000.0, 0.3, edges)
+        for edges in (C, fe.Elastic(np.inf, np.inf, np.inf))
+    )
+    found = fe.modes(clamped, 40, fe.grid(clamped, 40))
+    truth = fe.modes(springs, 40, fe.grid(springs, 80)).stiffness
+    assert is_stated(found.stiffness - truth, found.mesh_error)
+
+
+def test_modes_that_fewer_elements_do_not_carry_state_no_error():
+    plate = fe.Plate((120.0, 90.0), **PVC)
+    modes = fe.modes(plate, 24, fe.Mesh(plate.size, (12, 9)))
+    with pytest.raises(ValueError, match=r"^a mesh of 8 by 6 elements carries at most"):
+        _ = modes.mesh_error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("plate", drawn_plates())
+def test_the_error_of_the_influence_of_a_shell_is_that_against_the_series(plate):
+    shell = fe.Shell(plate, fe.grid(plate, 24))
+    gauges, touched = drawn_places(plate, 3, 4), drawn_places(plate, 3, 5)
+    influence = fe.shell_influence(shell.undeformed, gauges, face="bottom")
+    series = [[levy(plate, tuple(t), tuple(g), 8000)[1] for g in gauges] for t in touched]
+    off = influence.strain(touched) + 0.5 * np.array(series)
+    assert is_stated(off, influence.mesh_error(touched))
+
+
 @pytest.mark.slow
 def test_the_shell_of_a_long_plate_bends_as_the_linear_plate_does():
     plate, touch = long_plate(3.0), fe.Touch(129.0, 37.0, 1e-5)

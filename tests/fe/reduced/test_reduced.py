@@ -253,6 +253,21 @@ def test_other_plates_bend_as_the_whole_plate_does(plate):
         assert motion < 0.005
 
 
+@pytest.mark.slow
+def test_the_error_of_a_state_is_that_against_the_shell(clamped):
+    pressed = touches(PLACES, FORCES)
+    at = np.random.default_rng(4).uniform(0.05, 0.95, (40, 2)) * OBLONG.size
+    state, shell = clamped.solve(pressed), fe.solve(OBLONG, pressed)
+    at = at[~state.near_touch(at)]
+    stated = state.mesh_error(at)
+    for found, truth, error in (
+        (state.deflection(at), shell.deflection(at), stated.deflection),
+        (state.strain(at), shell.strain(at), stated.strain),
+    ):
+        off = np.sqrt(np.mean(np.square(found - truth)))
+        assert off / 3 < np.sqrt(np.mean(np.square(error))) < 3 * off
+
+
 def test_arrays_bring_it_back(clamped):
     arrays = clamped.arrays()
     again = fe.Reduced.from_arrays(arrays)

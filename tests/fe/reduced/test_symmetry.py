@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import fe
+from fe.reduced.basis import basis, fixed_shapes, work_on_strain
 from fe.reduced.karman import Karman
-from fe.reduced.parallel import in_parallel
+from fe.reduced.parallel import PARTS, in_parallel
 from fe.reduced.symmetry import symmetries
-from fe.reduced.training import pressure
+from fe.reduced.touch_shape import touch_shapes
+from fe.reduced.training import pressure, sample, snapshot_steps, snapshots, split
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
 SQUARE, OBLONG = (60.0, 60.0), (60.0, 40.0)
@@ -89,6 +91,29 @@ def test_progress_goes_on_to_the_end_in_equal_words():
     done, totals = zip(*said, strict=True)
     assert list(done) == list(range(1, totals[0] + 1))
     assert len(set(totals)) == 1
+
+
+def test_every_stretch_of_the_way_to_a_reduced_plate_says_a_word():
+    """States, their parts, stresses and their work: none of them is one step."""
+    made = Karman(plate(OBLONG), fe.Mesh(OBLONG, (10, 8)))
+    touches, said = sample(made.plate, 2.0, 20), []
+
+    def words(work):
+        said.clear()
+        found = work(lambda: said.append(None))
+        return found, len(said)
+
+    states, spoken = words(lambda say: snapshots(made, touches, say))
+    assert spoken == snapshot_steps(touches) > len(touches)
+    parts, spoken = words(lambda say: split(touch_shapes(made), states, say))
+    assert spoken == PARTS
+    ways = symmetries(made.plate, made.mesh)
+    found, spoken = words(
+        lambda say: basis(made, states, fixed_shapes(made, parts, ways), ways, say)
+    )
+    assert spoken == 1 + PARTS
+    _, spoken = words(lambda say: work_on_strain(made, found.stresses, found.drifts, say))
+    assert spoken == 2 * PARTS
 
 
 def test_work_in_parallel_comes_in_order_and_an_error_stops_it():

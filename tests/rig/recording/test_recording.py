@@ -1,6 +1,7 @@
 """A session on disk: everything that was seen and said, whole after any end, found again."""
 
 import csv
+import dataclasses
 import os
 import resource
 import signal
@@ -35,6 +36,10 @@ def again(path, bench):
         return list(replay(recording, bench, Stopwatch(time.monotonic)))
 
 
+def replay_at_equilibrium(path, bench):
+    return again(path, dataclasses.replace(bench, in_time=None))
+
+
 def test_a_replay_finds_the_same_touches_bit_for_bit(session, tmp_path):
     path = tmp_path / "session.h5"
     bench, shots, recorder = session(path, PRESSED)
@@ -64,6 +69,33 @@ def test_a_replay_on_a_bench_of_which_nothing_is_known_reports_the_same(session,
     assert sum(len(shot.touches) for shot in shots) > 5
     far = [one.frame_estimate.estimate.systematic is not None for one in replayed]
     assert any(far)
+
+
+@pytest.mark.slow
+def test_a_replay_of_a_plate_that_rings_follows_it_as_the_run_did(session, tmp_path):
+    changes = {
+        "comparison": None,
+        "plate.thickness": 1.0,
+        "plate.theory": "linear",
+        "camera.rate": 120.0,
+        "touches.force": [1.0, 1.5],
+        "source.rings": True,
+        "source.script": "taps",
+        "dynamics.density": 1400.0,
+        "dynamics.exposure": "6 ms",
+    }
+    path = tmp_path / "session.h5"
+    bench, shots, _ = session(path, range(112, 160), changes=changes)
+    replayed = again(path, bench)
+    assert all(one.same for one in replayed)
+    (tap,) = (tap for shot in shots for tap in shot.taps)
+    (found,) = (tap for one in replayed for tap in one.frame_estimate.state.past.taps)
+    assert (found.x, found.y, found.force) == (tap.x, tap.y, tap.force)
+    # Frame by frame at equilibrium the ringing shows touches that nobody makes.
+    still = replay_at_equilibrium(path, bench)
+    assert sum(one.frame_estimate.estimate.count for one in still) > sum(
+        one.frame_estimate.estimate.count for one in replayed
+    )
 
 
 @pytest.mark.slow
