@@ -1,5 +1,7 @@
 """Large touches: the solver on the reduced plate, from strain and from the whole pattern."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,7 @@ def test_light_touches_are_those_of_linear_theory(gauges, reduced):
 
 
 def test_scatter_is_the_covariance_that_is_stated(gauges):
+    gauges = dataclasses.replace(gauges, missed=0.0)  # of noise: what is measured is the model's
     search, rng, squares = models.prepare_candidates(gauges, 8), np.random.default_rng(1), []
     exact = gauges.read(ONE)[0]
     for _ in range(40):
@@ -162,6 +165,45 @@ def test_an_error_of_the_model_widens_what_is_stated(gauges):
         values.append(estimate.p_value)
     assert np.mean(squares) == pytest.approx(3.0, abs=4 * np.sqrt(6 / 60))
     assert np.median(values) == pytest.approx(0.5, abs=0.3)
+
+
+@pytest.mark.slow
+def test_touches_of_the_shell_lie_within_what_gauges_of_the_reduced_plate_state():
+    plate = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
+    ring = np.array([(x, y) for x in (9.0, 50.0, 100.0, 141.0) for y in (8.0, 101.0)])
+    ring = np.concatenate([ring, [(9.0, 38.0), (9.0, 72.0), (141.0, 38.0), (141.0, 72.0)]])
+    sigma, rng = 2e-7, np.random.default_rng(17)  # noise far below what is missed
+    gauges = models.large_gauges(fe.reduced_plate(plate, force=8.0), ring, sigma)
+    blind = dataclasses.replace(gauges, missed=0.0)
+    searches = [models.prepare_candidates(each, 8) for each in (gauges, blind)]
+    mesh, errors = fe.even_grid(plate, 40), [[], []]
+    for count in (1, 2) * 6:
+        xy = rng.uniform((25.0, 20.0), (125.0, 90.0), (count, 2))
+        if count == 2:
+            xy[1] = np.array(plate.size) - xy[0] + rng.uniform(-8.0, 8.0, 2)
+        if count == 2 and np.hypot(*(xy[0] - xy[1])) < 30.0:
+            continue
+        touches = np.column_stack([xy, rng.uniform(3.0, 8.0, count)])
+        touches = touches[np.lexsort((touches[:, 1], touches[:, 0]))]
+        state = fe.solve(plate, [fe.Touch(*touch) for touch in touches.tolist()], mesh=mesh)
+        measured = gauges.whiten(state.strain(ring)) + rng.normal(size=3 * len(ring))
+        for search, off in zip(searches, errors, strict=True):
+            estimate = models.find(measured, search, start=touches, count=count)
+            scale = np.sqrt(np.diag(estimate.covariance))
+            off += ((found(estimate) - touches).ravel() / scale).tolist()
+    stated, unstated = (np.abs(off) for off in errors)
+    assert 0.5 < np.mean(stated < 1.0) < 0.95
+    assert np.mean(stated < 2.0) > 0.85
+    assert np.mean(unstated < 2.0) < 0.6  # by noise alone
+
+
+def test_what_gauges_miss_grows_with_stretch_and_is_theirs_in_units_of_noise(gauges, reduced):
+    light, firm = (gauges.own_error(ONE * (1, 1, part)) for part in (1e-3, 1.0))
+    assert 0 < light < 1e-5 * firm
+    half = models.large_gauges(reduced, RING, SIGMA / 2)
+    assert half.own_error(ONE) == pytest.approx(2.0 * firm)
+    fewer = models.large_gauges(reduced, RING[:3], SIGMA)
+    assert fewer.own_error(ONE) == pytest.approx(firm / 2.0)  # a quarter of the channels
 
 
 def test_noise_must_be_positive(reduced):
