@@ -152,13 +152,13 @@ def test_frames_are_those_of_the_twin_in_order_and_at_its_rate(small):
     sequences = [frame.sequence for frame in frames]
     assert sequences[0] < 5
     assert (np.diff(sequences) >= 1).all()
-    assert sequences[5] - sequences[4] > 5
+    assert sequences[5] - sequences[4] > 20
     assert frames[0].truth == ()
     assert len(frames[-1].truth) == 1
     for frame in (frames[0], frames[-1]):
         np.testing.assert_array_equal(frame.image, twin.frame(frame.sequence, frame.truth))
     begun = np.array([frame.captured - frame.sequence / 40 for frame in frames])
-    assert np.ptp(begun) < 1.0  # s; a frame comes when it is due, though 1.2 s of them were lost
+    assert np.ptp(begun) < 0.5  # s; a frame comes when it is due, however many were lost
 
 
 def test_the_twin_ends_with_its_context(small, ended, shared_memory):
