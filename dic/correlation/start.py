@@ -67,11 +67,11 @@ def start(
         The guess does not belong to the reference.
     """
     if guess is None:
-        places, found, known, repeats = _search(ref, image.astype(np.float32), usable)
+        grey = image.astype(np.float32)
+        places, found, known, repeats = _search(ref, grey, usable)
         motion, alone = np.zeros((len(known), 2, 3)), None
         motion[places] = found
         if ref.islands is not None and not repeats:
-            grey = image.astype(np.float32)
             motion, known, alone = islands.search(ref, ref.islands, grey, motion, known)
         gradient = motion[:, :, 1:] if ref.order else None
         return Start(motion[:, :, 0], gradient, known, repeats, alone)

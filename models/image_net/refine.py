@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import maximum_filter, uniform_filter
@@ -13,6 +14,9 @@ from models.image_net.network import mixed, run
 from models.image_net.store import ImageNet
 from models.image_net.warped_pair import ImagePair, PairMotion, on_pixels
 from models.nets.on_device import run_on
+
+if TYPE_CHECKING:
+    from torch import Tensor
 
 PASSES = 2
 _AROUND = 17  # cells, over which what is left of a motion is compared with noise
@@ -78,7 +82,17 @@ def refine(net: ImageNet, pair: ImagePair, motion: PairMotion, device: str = "cp
 
 def evaluate(net: ImageNet, inputs: F32, device: str = "cpu") -> F32:
     """Run the net: (B, INPUTS, R, C) float32, (B, OUTPUTS, R, C)."""
-    return run_on(device, run, net.weights, inputs, last=True)
+    return run_on(device, _side_by_side, net.weights, inputs)
+
+
+def _side_by_side(weights: dict[str, Tensor], inputs: Tensor) -> Tensor:
+    """Run the net with the channels of a cell side by side: its convolutions are faster so."""
+    import torch
+
+    def laid(array: Tensor) -> Tensor:
+        return array.contiguous(memory_format=torch.channels_last) if array.ndim == 4 else array
+
+    return run({name: laid(array) for name, array in weights.items()}, laid(inputs))
 
 
 def _refined(

@@ -51,9 +51,7 @@ def read_device(device: str | None, usual: str | None) -> str:
     return chosen
 
 
-def run_on(
-    device: str, run: Run, weights: Mapping[str, F32], inputs: F32, last: bool = False
-) -> F32:
+def run_on(device: str, run: Run, weights: Mapping[str, F32], inputs: F32) -> F32:
     """Run a net on arrays.
 
     Parameters
@@ -63,9 +61,6 @@ def run_on(
     run : callable
     weights : mapping of float32 arrays
     inputs : (B, C, R, C) float32
-    last : bool
-        Whether the channels of a place lie side by side, which wide convolutions on a CPU are
-        faster with.
 
     Notes
     -----
@@ -75,8 +70,7 @@ def run_on(
     import torch
 
     def read(array: F32) -> Tensor:
-        side = torch.channels_last if last and array.ndim == 4 else torch.contiguous_format
-        return torch.from_numpy(array).to(device).contiguous(memory_format=side)
+        return torch.from_numpy(array).to(device)
 
     exact = torch.backends.cudnn.flags(enabled=True, allow_tf32=False)
     with torch.inference_mode(), exact:

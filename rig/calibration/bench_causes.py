@@ -37,18 +37,18 @@ class SeenCauses(NamedTuple):
     ----------
     diagnosis : models.Diagnosis
         Of the bench.
-    behind : str
+    occlusion : str
         What hides the pattern, as a sentence without its end; empty where nothing does.
     """
 
     diagnosis: models.Diagnosis
-    behind: str
+    occlusion: str
 
     @property
     def sentence(self) -> str:
         """State both for the user."""
-        found = self.diagnosis.sentence
-        return f"{found} {self.behind[0].upper()}{self.behind[1:]}." if self.behind else found
+        found, hidden = self.diagnosis.sentence, self.occlusion
+        return f"{found} {hidden[0].upper()}{hidden[1:]}." if hidden else found
 
 
 def diagnose_images(
@@ -73,7 +73,7 @@ def diagnose_images(
     chain = bench.prepare(still_reference([read_grey(path) for path in still]))[0]
     looked_at = later[:: max(1, len(later) // _LOOKED_AT)]
     shown = shown_touches(chain, ((path.name, read_grey(path)) for path in looked_at))
-    return SeenCauses(diagnosed(bench, chain, shown, report), behind(bench.hidden_parts, shown))
+    return SeenCauses(diagnosed(bench, chain, shown, report), occlusion(bench.hidden_parts, shown))
 
 
 def diagnosed(
@@ -124,7 +124,7 @@ def shown_touches(chain: Chain, images: Iterable[tuple[str, AnyArray]]) -> list[
     return found
 
 
-def behind(parts: HiddenParts, shown: Sequence[ShownPress]) -> str:
+def occlusion(parts: HiddenParts, shown: Sequence[ShownPress]) -> str:
     """Say what hides the pattern while touches are shown; empty where nothing does.
 
     Parameters

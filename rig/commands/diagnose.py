@@ -61,7 +61,7 @@ def _data(seen: SeenCauses) -> dict[str, Any]:
     found = seen.diagnosis
     return {
         "sentence": seen.sentence,
-        "behind": seen.behind,
+        "occlusion": seen.occlusion,
         "chi2": found.chi2,
         "freedom": found.freedom,
         "p_value": found.p_value,

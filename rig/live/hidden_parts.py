@@ -9,15 +9,16 @@ from scipy import ndimage
 
 import synthetic
 from dic import Tiles
-from rig.system.arrays import F64, I64, Mask
+from rig.system.arrays import F64, Mask
 
 FRAMES = 30  # of a run that must be seen before a place is called worn
-ALWAYS = 0.9  # of the frames, in which a worn place is hidden
+MEMORY = 1000  # frames over which it is looked at how frequently a place is hidden
+ALWAYS = 0.9  # of them, in which a worn place is hidden
 
 
 @dataclass(frozen=True, eq=False)
 class HiddenParts:
-    """Which tiles have been hidden, in what part of the frames so far.
+    """Which tiles have been hidden, in what part of the frames of late.
 
     Attributes
     ----------
@@ -26,8 +27,9 @@ class HiddenParts:
     shape : (int, int)
         Rows and columns of the tiles.
     frames : int
-    counts : (T,) int64
-        Frames in which each was hidden.
+        Seen so far.
+    fraction : (T,) float64
+        Of the frames in which each was hidden, those long ago counting less.
     enough : int
         Frames that must be seen before a place is called worn.
     """
@@ -35,7 +37,7 @@ class HiddenParts:
     corners: F64
     shape: tuple[int, int]
     frames: int
-    counts: I64
+    fraction: F64
     enough: int = FRAMES
 
     @classmethod
@@ -44,11 +46,13 @@ class HiddenParts:
         half = 0.5 * tiles.size
         ends = [camera.on_plate(tiles.xy + side, height) for side in (-half, half)]
         corners = np.stack([np.minimum(*ends), np.maximum(*ends)], axis=1)
-        return cls(corners, tiles.shape, 0, np.zeros(len(corners), dtype=np.int64))
+        return cls(corners, tiles.shape, 0, np.zeros(len(corners)))
 
     def followed(self, hidden: Mask) -> HiddenParts:
         """Count a frame in which tiles (T,) are hidden."""
-        return replace(self, frames=self.frames + 1, counts=self.counts + hidden)
+        frames = self.frames + 1
+        fraction = self.fraction + (hidden - self.fraction) / min(frames, MEMORY)
+        return replace(self, frames=frames, fraction=fraction)
 
     def sentence(self, hidden: Mask) -> str:
         """Name what hides tiles (T,) of a frame, by size and place; empty where nothing does."""
@@ -69,8 +73,8 @@ class HiddenParts:
     def worn(self) -> Mask:
         """Tiles that were hidden in nearly every frame, (T,)."""
         if self.frames < self.enough:
-            return np.zeros(len(self.counts), dtype=bool)
-        return self.counts >= ALWAYS * self.frames
+            return np.zeros(len(self.fraction), dtype=bool)
+        return self.fraction >= ALWAYS
 
     def _largest(self, hidden: Mask) -> tuple[str, str]:
         """Size and middle of the largest part that hangs together, mm."""

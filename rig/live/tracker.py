@@ -150,11 +150,12 @@ class FrameProcessor:
         if frame_estimate.unusable_reason:
             return frame_estimate.unusable_reason
         said, fraction = _count(frame_estimate.estimate), frame_estimate.hidden_fraction
-        behind = self._hidden.sentence(frame_estimate.hidden)
-        if fraction > SLIGHT:
-            said += f"; {fraction:.0%} of the pattern is hidden: {behind}"
-        if not is_consistent(frame_estimate.estimate):
-            said += f", but the image does not fit{_why(fraction, behind, cause)}"
+        fits, slight = is_consistent(frame_estimate.estimate), fraction <= SLIGHT
+        hidden = "" if fits and slight else self._hidden.sentence(frame_estimate.hidden)
+        if not slight:
+            said += f"; {fraction:.0%} of the pattern is hidden: {hidden}"
+        if not fits:
+            said += f", but the image does not fit{_why(hidden, cause) if slight else ''}"
         if caution := self._caution(frame_estimate):
             said += f"; {caution}"
         return said
@@ -183,14 +184,12 @@ class FrameProcessor:
         self._captured: float | None = None
 
 
-def _why(hidden_fraction: float, behind: str, cause: str) -> str:
-    """Say why touches do not explain a frame, as far as is known and not said yet."""
-    if hidden_fraction > SLIGHT:
-        return ""
+def _why(hidden: str, cause: str) -> str:
+    """Say why touches do not explain a frame in which hardly anything is hidden."""
     if cause:
         return f". {cause}"
-    if behind:
-        return f": {behind}"
+    if hidden:
+        return f": {hidden}"
     return (
         ": the bench is not as the scene says, or touches are other than the theory has them"
         " (touchplate diagnose)"

@@ -8,8 +8,8 @@ from hypothesis import given, strategies as st
 
 import dic
 import synthetic
-from rig.calibration.bench_causes import behind
-from rig.live.hidden_parts import FRAMES, HiddenParts
+from rig.calibration.bench_causes import occlusion
+from rig.live.hidden_parts import FRAMES, MEMORY, HiddenParts
 
 PLATE, PIXELS = (254.0, 203.0), (320, 256)
 
@@ -45,7 +45,7 @@ SCRATCH = (20.0, 150.0), (50.0, 180.0)
 
 
 def test_where_nothing_is_hidden_nothing_is_said(parts):
-    assert parts.sentence(np.zeros(len(parts.counts), dtype=bool)) == ""
+    assert parts.sentence(np.zeros(len(parts.fraction), dtype=bool)) == ""
 
 
 def numbers(said):
@@ -77,14 +77,23 @@ def test_a_hand_that_has_gone_is_worn_no_longer(parts, box):
         parts = parts.followed(box(*HAND))
     assert parts.worn.any()
     for _ in range(FRAMES):
-        parts = parts.followed(np.zeros(len(parts.counts), dtype=bool))
+        parts = parts.followed(np.zeros(len(parts.fraction), dtype=bool))
     assert not parts.worn.any()
+
+
+def test_what_wears_in_a_long_run_is_known_however_long_it_was(parts, box):
+    none = np.zeros(len(parts.fraction), dtype=bool)
+    for _ in range(5 * MEMORY):
+        parts = parts.followed(none)
+    for _ in range(3 * MEMORY):
+        parts = parts.followed(box(*SCRATCH))
+    np.testing.assert_array_equal(parts.worn, box(*SCRATCH))
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_each_hidden_tile_is_in_the_way_or_worn(parts, seed):
     rng = np.random.default_rng(seed)
-    often = rng.uniform(size=len(parts.counts)) < 0.1
+    often = rng.uniform(size=len(parts.fraction)) < 0.1
     for _ in range(FRAMES):
         parts = parts.followed(often)
     now = rng.uniform(size=len(often)) < 0.2
@@ -94,10 +103,10 @@ def test_each_hidden_tile_is_in_the_way_or_worn(parts, seed):
 
 
 def test_images_of_touches_say_what_hides_the_pattern(parts, box):
-    none = np.zeros(len(parts.counts), dtype=bool)
+    none = np.zeros(len(parts.fraction), dtype=bool)
 
     def shown(*hidden):
-        return behind(parts, [SimpleNamespace(hidden=one) for one in hidden])
+        return occlusion(parts, [SimpleNamespace(hidden=one) for one in hidden])
 
     assert shown(*[none] * 8) == ""
     assert shown(*[box(*SCRATCH)] * 8).startswith("the pattern is worn, or something lies on it")
