@@ -65,8 +65,8 @@ class DepartureSection(Section):
         0.0,
         ge=0,
         lt=0.5,
-        description="fraction by which the plate gives more at last under a touch that is held;"
-        " as fast as what is left fades",
+        description="fraction by which the plate gives more at last under a touch that is held in"
+        " its place; as fast as what is left fades",
     )
     pad: Length = Field(0.0, ge=0, description="radius of a finger, mm [as in the scene]")
     turned: tuple[Angle, Angle, Angle] = Field(

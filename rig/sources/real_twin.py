@@ -21,7 +21,7 @@ from rig.scene.plate import PlateSection
 from rig.scene.source import TwinSection
 from rig.sources import script
 from rig.sources.script import Script
-from rig.sources.scripted_states import ScriptedStates, scripted_states
+from rig.sources.scripted_states import Lasting, ScriptedStates, scripted_states
 from rig.sources.surroundings import Surrounded, Surroundings
 from rig.system import cache
 from rig.system.arrays import F64, Grey
@@ -96,7 +96,7 @@ class RealTwin:
 
     def _moved(self, time: float, touches: tuple[fe.Touch, ...]) -> F64:
         from_rest = self.states.displacement(time, touches)
-        moved = self.states.plate.at_rest + from_rest + self._left(time) + self._crept(time)
+        moved = self.states.plate.at_rest + from_rest + self._slowly(time)
         return self._tilted(moved, time)
 
     def _tilted(self, moved: F64, time: float) -> F64:
@@ -146,32 +146,34 @@ class RealTwin:
         self.warper.render(displacement, None, None, shift=shift)
         light = self.view.expose(self.warper.light, since, touches, rng)
         image = np.asarray(self.sensor.capture(light, rng, out), np.uint8)
-        image[:] = self.view.soil(image)
+        self.view.soil(image)
         if self.departure.gamma != 1.0:
             image[:] = _bent(self.departure.gamma)[image]
         return image
 
-    def _left(self, time: float) -> F64:
-        """Add up what touches that ended have left, (K, 3) mm."""
+    def _slowly(self, time: float) -> F64:
+        """Add up what the plate keeps of ended touches and gives more under held ones, (K, 3) mm."""
         total = np.zeros((len(self.warper.points), 3))
-        for one in self.states.lasting if self.departure.leftover else ():
-            age = time - one.end
-            if age >= 0.0:  # the last of its ends
-                age %= self.states.length
-                if age < FORGOTTEN * self.departure.fading:
-                    size = self.departure.leftover * exp(-age / self.departure.fading)
-                    total += size * one.field
+        for one in self.states.lasting:
+            if part := self._left(one, time) + self._crept(one, time):
+                total += part * one.field
         return total
 
-    def _crept(self, time: float) -> F64:
-        """Add up by how much the plate gives under touches that are held, (K, 3) mm."""
-        total = np.zeros((len(self.warper.points), 3))
-        within = time % self.states.length
-        for one in self.states.lasting if self.departure.creep else ():
-            age = within - one.start
-            if age >= 0.0 and within < one.end:
-                total += self.departure.creep * -expm1(-age / self.departure.fading) * one.field
-        return total
+    def _left(self, one: Lasting, time: float) -> float:
+        """Fraction of a press that the plate keeps after its last end."""
+        if time < one.end:
+            return 0.0
+        age = (time - one.end) % self.states.length
+        if age >= FORGOTTEN * self.departure.fading:
+            return 0.0
+        return self.departure.leftover * exp(-age / self.departure.fading)
+
+    def _crept(self, one: Lasting, time: float) -> float:
+        """Fraction of a press by which the plate gives more while it is held."""
+        held = time % self.states.length - one.rests
+        if not 0.0 <= held < one.end - one.rests:
+            return 0.0
+        return self.departure.creep * -expm1(-held / self.departure.fading)
 
 
 def _bent(gamma: float) -> Grey:

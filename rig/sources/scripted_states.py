@@ -75,6 +75,12 @@ def _kinks(press: ScriptedPress) -> list[float]:
     return [press.start + age for age in ages]
 
 
+def _rest(press: ScriptedPress) -> tuple[float, float]:
+    """When a press begins to rest where it ends, and when it is gone, s."""
+    end = press.start + press.duration
+    return end if len(set(press.path)) > 1 else press.start, end
+
+
 def _nodes(press: ScriptedPress, start: float, end: float, size: tuple[float, float]) -> int:
     """How many nodes a piece of a press needs: one where it rests."""
     inner = np.array([0.01, 0.5, 0.99]) * (end - start) + start
@@ -91,12 +97,14 @@ class Lasting:
 
     Attributes
     ----------
-    start, end : float, s
-        When it lands and when it is gone, in the script.
+    rests : float, s
+        Since when it presses where it ends, in the script: its end, where it glides there.
+    end : float, s
+        When it is gone.
     field : (K, 3) float64, mm
     """
 
-    start: float
+    rests: float
     end: float
     field: F64
 
@@ -166,7 +174,7 @@ def scripted_states(
     states = _solved(plate, [*(one for each in nodes for one in each), *ends], report)
     parts = [np.stack([states[touches] for touches in each]) for each in nodes]
     lasting = [
-        Lasting(press.start, press.start + press.duration, plate.linear(touches) + states[touches])
+        Lasting(*_rest(press), plate.linear(touches) + states[touches])
         for press, touches in zip(presses, ends, strict=True)
     ]
     given = tuple(zip(found, parts, strict=True)), tuple(lasting)

@@ -105,11 +105,10 @@ class Surrounded:
             lit = np.where(self._beside, np.float32(around.clamps), lit)
         return lit * self._falloff if around.vignetting else lit
 
-    def soil(self, image: Grey) -> Grey:
-        """Add what each pixel adds to every image."""
-        if not self.surroundings.fixed_pattern:
-            return image
-        return np.clip(np.rint(image + self._dirt), 0, 255).astype(np.uint8)
+    def soil(self, image: Grey) -> None:
+        """Add to an image (H, W) what each pixel adds to every one."""
+        if self.surroundings.fixed_pattern:
+            image[:] = np.clip(np.rint(image + self._dirt), 0, 255)
 
     def _since(self, lit: F32, since: float, touches: Sequence[fe.Touch]) -> F32:
         around = self.surroundings

@@ -142,7 +142,8 @@ class Truth:
         sensor = synthetic.Sensor(noise=noise, bits=8, full_well=self.bench.full_well)
         view.render(moved, None, None)
         light = self.surrounded.expose(view.light, since, touches, rng)
-        linear = self.surrounded.soil(np.asarray(sensor.capture(light, rng), np.uint8))
+        linear = np.asarray(sensor.capture(light, rng), np.uint8)
+        self.surrounded.soil(linear)
         if self.bench.gamma == 1.0:
             return linear
         bent = 255.0 * (linear / 255.0) ** (1.0 / self.bench.gamma)

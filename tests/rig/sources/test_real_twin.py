@@ -200,6 +200,17 @@ def test_a_plate_gives_more_under_a_touch_that_is_held(small_real):
         np.testing.assert_allclose(moved, size * field, atol=2e-4)
 
 
+def test_nothing_creeps_under_a_finger_that_glides(small_real):
+    twin = small_real(creep=0.05, fading=2.0, leftover=0.0)
+    plate, presses = twin.states.plate, PRESSES[1:]
+    assert len(presses[0].path) > 1
+    states = scripted_states(plate, presses, lambda time: (), 6.0, lambda *now: None)
+    twin = replace(twin, states=states)
+    for seconds in (2.3, 3.2, 4.1):
+        moved = twin.displacement(round(seconds * twin.rate), ())
+        np.testing.assert_array_equal(moved, plate.at_rest)
+
+
 def test_a_stand_that_gives_turns_the_plate_under_its_camera(small_real):
     twin = small_real(tilting=("0.02 deg", "-0.03 deg"), leftover=0.0)
     points = twin.warper.points
