@@ -152,7 +152,7 @@ class RealTwin:
         return image
 
     def _slowly(self, time: float) -> F64:
-        """Add up what the plate keeps of ended touches and gives more under held ones, (K, 3) mm."""
+        """Displacement that the plate keeps of ended touches or adds under held ones, (K, 3) mm."""
         total = np.zeros((len(self.warper.points), 3))
         for one in self.states.lasting:
             if part := self._left(one, time) + self._crept(one, time):
