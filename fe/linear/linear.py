@@ -20,7 +20,7 @@ from fe.linear.buckling import check_buckling
 from fe.linear.demand import OVERSTRAINED, strain_demand
 from fe.linear.energy import free, stiffness
 from fe.linear.load import spread
-from fe.linear.mesh_error import MeshError, left, less_mesh, under_touches
+from fe.linear.mesh_error import MeshError, error_of, less_mesh
 from fe.linear.touch_mesh import touch_mesh
 from fe.plate.loads import Load, acts_along, singular_places
 from fe.plate.plate import Plate, Touch
@@ -120,14 +120,7 @@ class LinearState:
         Bends the plate once more, on two thirds of the elements.
         """
         less = Linear(self.plate, less_mesh(self.mesh)).deflect(self.touches, self.loads)
-        # Where this mesh resolves the strain the other one is read too, though it may not.
-        less = replace(less, touches=(), loads=())
-        xy = self.plate.points(xy)
-        near = under_touches(self.plate, self.mesh, self.touches, xy)
-        return MeshError(
-            np.maximum(left(self.deflection(xy), less.deflection(xy)), near),
-            left(self.strain(xy, face), less.strain(xy, face)),
-        )
+        return error_of(self, replace(less, touches=(), loads=()), xy, face)
 
     @cached_property
     def demand(self) -> float:

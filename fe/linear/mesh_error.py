@@ -10,9 +10,10 @@ show: there the error is no smaller than that of a force in any place of an elem
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fe.arrays import F64
 from fe.elements.mesh import Mesh, scaled_mesh
@@ -21,6 +22,9 @@ from fe.plate.plate import Plate, Touch
 
 FRACTION = 2.0 / 3.0
 """Of the elements in each run, those of the mesh that errors are estimated from."""
+
+if TYPE_CHECKING:
+    from fe.linear.linear import Face
 
 _LEFT = 1.0 / (FRACTION**-4 - 1.0)
 _OVER = 1.0 / (1.0 - FRACTION**4)
@@ -41,6 +45,36 @@ class MeshError(NamedTuple):
 
     deflection: F64
     strain: F64
+
+
+class Touched(Protocol):
+    """A state of a plate under touches, on a mesh."""
+
+    @property
+    def plate(self) -> Plate: ...  # noqa: D102
+
+    @property
+    def mesh(self) -> Mesh: ...  # noqa: D102
+
+    @property
+    def touches(self) -> tuple[Touch, ...]: ...  # noqa: D102
+
+    def deflection(self, xy: ArrayLike) -> F64: ...  # noqa: D102
+
+    def strain(self, xy: ArrayLike, face: Face) -> F64: ...  # noqa: D102
+
+
+def error_of(state: Touched, less: Touched, xy: ArrayLike, face: Face) -> MeshError:
+    """Estimate the error of a state at points (K, 2) mm from the same on fewer elements.
+
+    Where the one resolves strain the other is read too, though it may not: give it no touches.
+    """
+    xy = state.plate.points(xy)
+    near = under_touches(state.plate, state.mesh, state.touches, xy)
+    return MeshError(
+        np.maximum(left(state.deflection(xy), less.deflection(xy)), near),
+        left(state.strain(xy, face), less.strain(xy, face)),
+    )
 
 
 def less_mesh(mesh: Mesh) -> Mesh:

@@ -286,7 +286,7 @@ def _by_products(
     mesh: Mesh,
     count: int,
     progress: Callable[[int, int], object] | None,
-    fraction: float = 1.0,
+    fraction: float,
 ) -> Modes:
     """Lowest modes of a clamped plate by Ritz's method with products of clamped beam modes.
 

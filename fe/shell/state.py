@@ -17,7 +17,7 @@ from fe.elements.nodal_loads import nodal_loads
 from fe.elements.resolution import unresolved
 from fe.linear.linear import Face, height
 from fe.linear.load import spread
-from fe.linear.mesh_error import MeshError, left, under_touches
+from fe.linear.mesh_error import MeshError, error_of
 from fe.plate.loads import Load, singular_places
 from fe.plate.plate import Plate, Touch
 from fe.shell.base import Base
@@ -146,14 +146,7 @@ class ShellState:
             Nodal loads act whose work on fewer elements is not known, or no equilibrium was found
             on two thirds of the elements.
         """
-        # Where this mesh resolves the strain the other one is read too, though it may not.
-        less = replace(self.on_less, touches=(), applied=())
-        xy = self.plate.points(xy)
-        near = under_touches(self.plate, self.mesh, self.touches, xy)
-        return MeshError(
-            np.maximum(left(self.deflection(xy), less.deflection(xy)), near),
-            left(self.strain(xy, face), less.strain(xy, face)),
-        )
+        return error_of(self, replace(self.on_less, touches=(), applied=()), xy, face)
 
     @cached_property
     def on_less(self) -> ShellState:

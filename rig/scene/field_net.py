@@ -9,7 +9,9 @@ from rig.scene.section import Section
 
 
 class FieldNetSection(Section):
-    """How the field net is trained: on drawn fields, plates under touches among them, or images.
+    """How the field net is trained: on drawn fields, plates under touches among them.
+
+    Steps on rendered images may follow.
 
     It belongs to no plate; `touchplate correlate --field net` takes it.
     """

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import ceil, floor, log
 
 import numpy as np
@@ -25,9 +26,8 @@ from rig.sources.script import Script
 from rig.system.arrays import F64
 
 MODES = 60  # lowest ones that ring; those above go with the force
-KNOT = (
-    5e-4  # s between two knots of a force: the 48th mode of a plate of 2 mm swings in 2 to 4 of it
-)
+# Between two knots of a force: the 48th mode of a plate of 2 mm swings in 2 to 4 of it.
+KNOT = 5e-4  # s
 LEFT = 1e-4  # of the ringing that a force began long ago, and that is forgotten
 INSTANTS = 5  # of an exposure at which the plate is solved at equilibrium
 SAME = 1e-9  # of a knot
@@ -113,11 +113,11 @@ class RingingFace:
         self.reached.swing = np.zeros(len(self.omega), dtype=np.complex128)
         return earliest
 
-    @property
+    @cached_property
     def _pole(self) -> NDArray[np.complex128]:
         return self.omega * (1j * np.sqrt(1.0 - self.damping**2) - self.damping)
 
-    @property
+    @cached_property
     def _step(self) -> tuple[NDArray[np.complex128], ...]:
         """Factors of the state before a knot, and of the amplitudes at equilibrium at both ends."""
         pole = self._pole
