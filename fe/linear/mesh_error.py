@@ -47,7 +47,7 @@ class MeshError(NamedTuple):
     strain: F64
 
 
-class Touched(Protocol):
+class StateOnMesh(Protocol):
     """A state of a plate under touches, on a mesh."""
 
     @property
@@ -64,7 +64,7 @@ class Touched(Protocol):
     def strain(self, xy: ArrayLike, face: Face) -> F64: ...  # noqa: D102
 
 
-def error_of(state: Touched, less: Touched, xy: ArrayLike, face: Face) -> MeshError:
+def error_of(state: StateOnMesh, less: StateOnMesh, xy: ArrayLike, face: Face) -> MeshError:
     """Estimate the error of a state at points (K, 2) mm from the same on fewer elements.
 
     Where the one resolves strain the other is read too, though it may not: give it no touches.

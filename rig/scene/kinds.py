@@ -37,7 +37,7 @@ def keep_what_stays(
     """
     for key, kind in overrides.items():
         *sections, last = key.split(".")
-        if last != "kind" or not sections:
+        if last != "kind" or not sections or not isinstance(kind, str):
             continue
         section, models = _section(table, sections, model)
         chosen = [m for m in models if kind_of(m) == kind]
