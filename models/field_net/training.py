@@ -50,7 +50,8 @@ class FieldNetRecipe:
     plates : int
         Plates under touches that are solved.
     rendered : int
-        Steps on rendered images that follow; the learning rate falls as a cosine over them.
+        Steps that follow on rendered images and drawn fields alike; the learning rate falls as a
+        cosine over them.
     rendered_side : int, px
         Of the images.
     rendered_rate : float
@@ -85,7 +86,7 @@ class TrainedFieldNet:
     seconds : float
         CPU time of the training.
     history : (S,) float64
-        Loss of each step, those on rendered images last.
+        Loss of each step, those with rendered images last.
     """
 
     weights: Weights
@@ -108,7 +109,7 @@ def train_field_net(
     on_step: Callable[[int, float], None] | None = None,
     clock: Callable[[], float] = lambda: 0.0,
 ) -> TrainedFieldNet:
-    """Train on drawn fields and then on rendered images, on a GPU where there is one.
+    """Train on drawn fields and then on rendered images too, on a GPU where there is one.
 
     Parameters
     ----------
@@ -126,9 +127,9 @@ def train_field_net(
     stock = _Stock(recipe, plates, rng, state.device)
 
     def take() -> float:
-        batch = stock.batch(state.step)
+        batches = stock.batches(state.step)
         return state.descend(
-            lambda weights, device: _loss(weights, batch, device), _rate(recipe, state.step)
+            lambda weights, device: _mean_loss(weights, batches, device), _rate(recipe, state.step)
         )
 
     task = fingerprint(recipe, *shapes().items())
@@ -160,22 +161,28 @@ class _Stock:
         self._recipe, self._plates = recipe, plates
         self._patterns = draw_speckle(count, side, rng, device)
 
-    def batch(self, step: int) -> Batch:
-        """Draw the fields, or render the images, of one step."""
+    def batches(self, step: int) -> list[Batch]:
+        """Draw the fields of one step, and render the images that it may have beside them."""
         recipe, draws = self._recipe, np.random.default_rng((self._recipe.seed, step))
+        shape = (recipe.side, recipe.side)
+        drawn = next(stream(shape, recipe.pairs, self._plates, draws))
         if step < recipe.steps:
-            shape = (recipe.side, recipe.side)
-            return next(stream(shape, recipe.pairs, self._plates, draws))
-        return rendered_batch(
-            self._patterns, self._plates, recipe.pairs, recipe.rendered_side, draws
-        )
+            return [drawn]
+        side = recipe.rendered_side
+        return [drawn, rendered_batch(self._patterns, self._plates, recipe.pairs, side, draws)]
 
     def looked_at(self) -> Iterator[F32]:
         """Draw the inputs of the first steps of each kind."""
         recipe = self._recipe
         for first, count in ((0, recipe.steps), (recipe.steps, recipe.rendered)):
             for step in range(min(_LOOKED_AT, count)):
-                yield self.batch(first + step).inputs
+                yield from (batch.inputs for batch in self.batches(first + step))
+
+
+def _mean_loss(weights: dict[str, Tensor], batches: list[Batch], device: str) -> Tensor:
+    import torch
+
+    return torch.stack([_loss(weights, batch, device) for batch in batches]).mean()
 
 
 def _loss(weights: dict[str, Tensor], batch: Batch, device: str) -> Tensor:

@@ -88,8 +88,9 @@ def collect(
         overrides |= {"source.script": "collect"}
     whole = loaded.estimator is not None and loaded.estimator.kind == "pattern"
     if loaded.estimator is not None and loaded.estimator.kind == "net":
-        # Presses are known from the whole pattern: a net may not be trained yet.
-        overrides |= {"estimator": {"kind": "pattern"}}
+        # Presses are known from the whole pattern: a net may not be trained yet. What they correct
+        # is a bench that is just as described, as a net takes it.
+        overrides |= {"estimator": {"kind": "pattern", "bench": "exact"}}
     loaded = load(scene, overrides)
     # What older presses corrected is not applied: these are to say what the bench itself finds.
     calibration = known(scene, loaded).calibration.model_copy(update={"presses": None})

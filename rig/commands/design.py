@@ -49,8 +49,10 @@ def design(
     """Predict errors over the plate, forces, frame rate, and what would help most to change.
 
     Errors are Cramér-Rao bounds of one touch in one frame under the theory of the scene, with the
-    motion of the camera and the light unknown.
+    motion of the camera and the light unknown. A calibration beside the scene says how well its
+    bench is known.
     """
+    from rig.calibration.store import calibration_beside
     from rig.design.limits import cannot_work
     from rig.design.outlook import design as predict, search_for
     from rig.scene import load, parse_overrides
@@ -61,7 +63,7 @@ def design(
     if why := cannot_work(loaded):
         raise ValueError(why)
     with progress("design") as report:
-        made = predict(loaded, report)
+        made = predict(loaded, report, calibration_beside(scene))
     if made.too_stiff:
         raise ValueError(made.too_stiff)
     if plot:
@@ -122,6 +124,7 @@ def _unknown_data(known: Unknowns) -> dict[str, Any]:
         "if_nobody_asks": [asdict(cost) for cost in known.costs],
         "before_presses": _at_force(known.before),
         "after_nine_presses": _at_force(known.after),
+        "calibrated": None if known.calibrated is None else _at_force(known.calibrated),
     }
 
 
@@ -197,6 +200,8 @@ def _unknown(known: Unknowns, side: float) -> list[Table]:
     stated = Table("stated with all of it", "place, median", "place, 95 %", "force", box=SIMPLE)
     stated.add_row("before any press", *_row(_at_force(known.before), side))
     stated.add_row("after nine presses", *_row(_at_force(known.after), side))
+    if known.calibrated is not None:
+        stated.add_row("as calibrated", *_row(_at_force(known.calibrated), side))
     return [costs, stated]
 
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import fe
+import models
 from models import ExpectedErrors
 from rig.design.changes import Row, changes
 from rig.design.focus import Blur, blur_of
@@ -33,6 +35,9 @@ from rig.scene import Scene
 from rig.scene.described import described
 from rig.scene.sensing import StrainEstimator
 from rig.scene.theory import Theory, choose, largest_force
+
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
 
 
 @dataclass(frozen=True)
@@ -107,8 +112,18 @@ class Design:
     too_stiff: str
 
 
-def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
+def design(
+    scene: Scene, report: Callable[[int, int, str], None], calibration: Calibration | None = None
+) -> Design:
     """Predict what a scene will reach; `report` is called before every step.
+
+    Parameters
+    ----------
+    scene : Scene
+    report : callable
+        Is given the number of the step, the number of steps, and what it is.
+    calibration : Calibration, optional
+        Of this bench.
 
     Raises
     ------
@@ -136,7 +151,7 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
         errors=errors,
         theory=theory,
         at_forces=tuple(predict(given, now, f, bent(theory, modal)).errors for f in forces),
-        unknowns=None if modal is None else _unknowns(scene, now, modal),
+        unknowns=None if modal is None else _unknowns(scene, now, modal, calibration),
         linear_to=linear_to(given.plate.build()),
         largest=largest_force(scene),
         frame=frame,
@@ -209,11 +224,17 @@ def bent(theory: Theory, modal: fe.ModalPlate | None) -> fe.ModalPlate | None:
     return None if theory.name == "linear" else modal
 
 
-def _unknowns(scene: Scene, now: Prediction, modal: fe.ModalPlate) -> Unknowns | None:
+def _unknowns(
+    scene: Scene, now: Prediction, modal: fe.ModalPlate, calibration: Calibration | None
+) -> Unknowns | None:
     if described(scene) == "exact":
         return None
     weakest, strongest = scene.touches.force if scene.touches else (UNIT, UNIT)
-    return unknowns(now, modal, (weakest * strongest) ** 0.5)
+    force, flat = (weakest * strongest) ** 0.5, now.setup.plate.build()
+    if calibration is None:
+        return unknowns(now, modal, force, models.bench_before(flat))
+    of_this = calibration.for_scene(scene)
+    return unknowns(now, modal, force, of_this.bench_before(flat), of_this.known_bench())
 
 
 def _changes(

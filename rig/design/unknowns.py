@@ -55,15 +55,24 @@ class Unknowns:
         The dearest first.
     before, after : ExpectedErrors
         Before any press, and after nine whose places and forces are known.
+    calibrated : ExpectedErrors or None
+        With what presses have shown of this bench; None where there were none.
     """
 
     force: float
     costs: tuple[Unknown, ...]
     before: ExpectedErrors
     after: ExpectedErrors
+    calibrated: ExpectedErrors | None = None
 
 
-def unknowns(now: Prediction, modal: fe.ModalPlate, force: float) -> Unknowns:
+def unknowns(
+    now: Prediction,
+    modal: fe.ModalPlate,
+    force: float,
+    before: models.BenchEstimate,
+    calibrated: models.BenchEstimate | None = None,
+) -> Unknowns:
     """Say what it costs under touches of `force` N that a bench is known only so well.
 
     Parameters
@@ -72,22 +81,26 @@ def unknowns(now: Prediction, modal: fe.ModalPlate, force: float) -> Unknowns:
     modal : fe.ModalPlate
         The plate of its setup in modes.
     force : float, N
+    before : models.BenchEstimate
+        What is known of the bench before any press.
+    calibrated : models.BenchEstimate, optional
+        What presses have shown of it; the camera is taken to stand as the scene says.
     """
     given = now.setup
-    flat, touches = given.plate.build(), touches_over(given.plate.size, force, _ACROSS)
-    forward = _on_bench(now, modal)
-    bench = models.bench_before(flat)
+    touches = touches_over(given.plate.size, force, _ACROSS)
+    forward, friction = _on_bench(now, modal), models.friction_error(given.plate.build(), FRICTION)
     presses = _presses(given.plate.size, force)
-    known = models.bench_after(forward, bench, presses, LABEL, FRAMES**-0.5)
+    known = models.bench_after(forward, before, presses, LABEL, FRAMES**-0.5)
     costs = [
-        _cost(name, models.cost_of(forward, bench, of, touches)) for name, of in GROUPS.items()
+        _cost(name, models.cost_of(forward, before, of, touches)) for name, of in GROUPS.items()
     ]
-    costs.append(Unknown(f"friction of {FRICTION:g}", models.friction_error(flat, FRICTION), 0.0))
+    costs.append(Unknown(f"friction of {FRICTION:g}", friction, 0.0))
     return Unknowns(
         force,
         tuple(sorted(costs, key=lambda cost: -cost.place)),
-        models.errors_on_bench(forward, bench, touches),
+        models.errors_on_bench(forward, before, touches),
         models.errors_on_bench(forward, known, touches),
+        None if calibrated is None else models.errors_on_bench(forward, calibrated, touches),
     )
 
 

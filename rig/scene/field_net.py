@@ -25,7 +25,7 @@ class FieldNetSection(Section):
     learning_rate: float = Field(3e-3, gt=0, le=1, description="learning rate at first")
     horizon: Count = Field(3000, ge=1, description="steps over which the learning rate falls to 0")
     plates: Count = Field(120, ge=1, le=10000, description="plates under touches that are solved")
-    rendered: Count = Field(0, ge=0, description="steps on rendered images that follow")
+    rendered: Count = Field(0, ge=0, description="steps that follow, on rendered images too")
     rendered_side: Count = Field(
         320, ge=160, le=1024, multiple_of=4, description="pixels along a side of these images"
     )

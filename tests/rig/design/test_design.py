@@ -16,14 +16,15 @@ from rig import cli
 from rig.commands.design import _place
 from rig.design.changes import changes
 from rig.design.limits import refusal
-from rig.design.outlook import design, outlook, search_for
+from rig.design.outlook import design, in_modes, outlook, search_for
 from rig.design.prediction import linear_to, patch_of, predict, remaining_gain
 from rig.design.setup import setup_of
-from rig.design.unknowns import GROUPS
+from rig.design.unknowns import GROUPS, unknowns
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.chain import at_rest
 from rig.live.frame_estimate import estimate_frame
+from rig.scene.theory import choose
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
@@ -161,6 +162,18 @@ def test_every_number_of_a_bench_is_named_once_by_what_it_is():
     names = [name for _, numbers in GROUPS.items() for name in numbers]
     assert len(names) == len(set(names))
     assert {"young", "thickness"} < set(names)
+
+
+@pytest.mark.slow
+def test_a_bench_that_is_known_ten_times_as_well_promises_less_than_before_presses(small):
+    thin = {"plate.thickness": 0.8, "plate.theory": "large", "estimator.bench": "usual"}
+    scene = small(thin)
+    modal = in_modes(scene, choose(scene, scene.plate, 2.0), setup_of(scene))
+    before = models.bench_before(scene.plate.build())
+    after = replace(before, covariance=0.01 * before.covariance)
+    found = unknowns(predict(setup_of(scene)), modal, 2.0, before, after)
+    assert np.median(found.before.place) > 2 * np.median(found.calibrated.place)
+    assert np.median(found.before.force) > 2 * np.median(found.calibrated.force)
 
 
 def test_a_image_that_cannot_be_written_is_refused_at_once(tmp_path):
