@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from dic import export
+from rig.scene.refusal import sentence
 from rig.series.invariants import STRAINS
 from rig.system.arrays import Mask
 
@@ -97,7 +98,13 @@ def read_regions(path: Path) -> Regions:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path} is not TOML ({error}); correct it there") from None
     except ValidationError as error:
-        raise ValueError(f"{path}: {first_fault(error)}; correct it there") from None
+        raise ValueError(f"{path}: {_key_or_value(error)}; correct it there") from None
+
+
+def _key_or_value(error: ValidationError) -> str:
+    """Return what is wrong in a file: a key that it cannot have or that it lacks, or a value."""
+    keys = {"extra_forbidden", "missing"} & {fault["type"] for fault in error.errors()}
+    return sentence(error, Regions) if keys else first_fault(error)
 
 
 def first_fault(error: ValidationError) -> str:

@@ -24,6 +24,9 @@ GAUGE = '[[gauge]]\nname = "{}"\npoints = [[20, 20], [60, 20], [60, 50]]\n'
         ("[[roi]]\npoints = [[1, 1], [nan, 3], [9, 9]]", "roi.0.points.1.0"),
         ("[[roi]]\npoints = [[1, 1], [inf, 3], [9, 9]]", "finite"),
         (GAUGE.format("g").replace("60, 50", "1e9, 1e9"), "gauge.0.points.2.0"),
+        (LENGTH.format("a").replace("end", "to"), "unknown key 'to' in [extensometer[0]]"),
+        (LENGTH.format("a").replace("end", "to"), "known are name, start, end"),
+        ('[[gauge]]\nname = "g"', "gauge[0].points is missing; add it to [gauge[0]]"),
     ],
 )
 def test_what_cannot_be_read_apart_is_refused_in_a_sentence(tmp_path, text, words):
