@@ -17,6 +17,8 @@ from models.compiled import njit
 LIMIT = 8.0  # standard deviations of χ² above its mean
 ROUGH = 0.05  # of the pattern, which moving it may leave unexplained where less is predicted
 DIMMED = 0.5  # change of the gain against that of the image: more than the shadow of a hand
+BLURRED = 0.35  # the most that a frame out of focus may leave unexplained in every tile
+SPREAD = 3.0  # of what a blur leaves of a tile, over what it leaves of the clearest quarter
 VISIBLE = 0.75  # quantile of the gain that is that of the image: flat things have a lower one
 UNKNOWNS = 4  # shift in x and y, gain, offset
 
@@ -45,13 +47,23 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask
         sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef, pixels
     )
     freedom = pixels - UNKNOWNS
-    rough = max(ROUGH, reference.roughness)
+    rough = max(ROUGH, reference.roughness, _blur(unexplained - noise**2 * freedom, texture))
     allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + rough**2 * texture
     # Where a tile shows little, a shift and a gain look alike, and neither is known.
     usual = np.quantile(gain, VISIBLE)
     dimmed = np.abs(gain - usual) > DIMMED + LIMIT * noise * unsure
     grid = ((unexplained > allowed) | dimmed).reshape(reference.tiles.shape)
     return np.asarray(binary_dilation(grid), dtype=np.bool_).ravel()
+
+
+def _blur(excess: F64, texture: F64) -> float:
+    """Return the part of the pattern that a blur of the whole frame may leave unexplained.
+
+    What hides the pattern leaves all of it, and a quarter of the tiles is taken to be seen, as for
+    the gain.
+    """
+    seen = float(np.quantile(excess / texture, 1 - VISIBLE))
+    return min(SPREAD * float(np.sqrt(max(seen, 0.0))), BLURRED)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -19,6 +19,7 @@ from dic import (
 )
 from models import OF_PIXELS, Estimator, ImageMotions, MotionErrors, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
+from rig.live.focus import blur_trace
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
@@ -51,6 +52,8 @@ class Chain:
         Of a frame less the reference.
     weight : (T,) float64
         Of the motion that each tile shows, by its own noise.
+    blur : (T, 2) float64
+        What a blur of the image makes of each tile, see `blur_trace`.
     in_time : PlateInTime or None
         How the plate rings and creeps, where each frame is not taken as an equilibrium.
     start : TouchStart or None
@@ -63,6 +66,7 @@ class Chain:
     noise: float
     pixel_noise: float
     weight: F64
+    blur: F64
     in_time: PlateInTime | None = None
     start: TouchStart | None = None
 
@@ -146,7 +150,8 @@ def prepare_chain(
     estimator = Estimator(forward, max_touches=max_touches, bench=bench, friction=friction)
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
-    return Chain(tile_reference, tiles, masked, noise, reference.noise, weight, in_time, start)
+    blur, own = blur_trace(tiles, weight), reference.noise
+    return Chain(tile_reference, tiles, masked, noise, own, weight, blur, in_time, start)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from dic import TileSums, tile_sums
 from models import TilePattern, hidden_tiles
 from rig.live.chain import Chain
+from rig.live.focus import sums_without_blur
 from rig.live.illumination import sums_without_gain_offset
 from rig.live.visibility import coarse_shift, contrast_loss, tile_shift, unusable_reason
 from rig.system.arrays import F64, AnyArray, Mask
@@ -86,7 +87,8 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
                 why = str(error)
         if why:
             return Registered(sums, hidden, fraction, why, chain.pattern, np.empty(0), moved)
-        right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums, chain.weight), moved)
+        lit = sums_without_gain_offset(chain.tiles, sums, chain.weight)
+        right = pattern.gradient(sums_without_blur(chain.blur, lit, on_plate & ~hidden), moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
         return Registered(sums, hidden, fraction, "", pattern, right, motion, off)
