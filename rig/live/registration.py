@@ -87,8 +87,9 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
                 why = str(error)
         if why:
             return Registered(sums, hidden, fraction, why, chain.pattern, np.empty(0), moved)
-        lit = sums_without_gain_offset(chain.tiles, sums, chain.weight)
-        right = pattern.gradient(sums_without_blur(chain.blur, lit, on_plate & ~hidden), moved)
+        unlit = sums_without_gain_offset(chain.tiles, sums, chain.weight)
+        given = chain.pattern.reference, unlit, on_plate & ~hidden, chain.noise
+        right = pattern.gradient(sums_without_blur(chain.blur, *given), moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
         return Registered(sums, hidden, fraction, "", pattern, right, motion, off)
