@@ -85,13 +85,14 @@ class Calibration(Section):
         covariance = None if lens.covariance is None else np.array(lens.covariance)
         return Lens(*given, lens.residual, lens.error, left_out=(), covariance=covariance)
 
-    def bench_before(self, plate: fe.Plate) -> models.BenchEstimate:
+    def bench_before(self, plate: fe.Plate, pixels: tuple[int, int]) -> models.BenchEstimate:
         """Return what is known of a bench before any press, its camera as calibrated.
 
-        A focal length or a distortion of which no σ is kept may be off as usual.
+        A camera of other pixels, width and height, is known as usual. A focal length or a
+        distortion of which no σ is kept may be off as usual.
         """
         usual, camera = models.bench_before(plate), self.camera()
-        if camera is None or self.pose is None:
+        if camera is None or self.pose is None or camera.size != pixels:
             return usual
         lens = self.known_lens()
         stored = lens.covariance

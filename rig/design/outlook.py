@@ -234,7 +234,8 @@ def _unknowns(
     if calibration is None:
         return unknowns(now, modal, force, models.bench_before(flat))
     of_this = calibration.for_scene(scene)
-    return unknowns(now, modal, force, of_this.bench_before(flat), of_this.known_bench())
+    before = of_this.bench_before(flat, now.setup.camera.pixels)
+    return unknowns(now, modal, force, before, of_this.known_bench())
 
 
 def _changes(

@@ -312,10 +312,7 @@ def _known(
     known = calibration.known_bench() if calibration else None
     if known is not None or described(scene) == "exact":
         return known
-    calibrated = calibration.camera() if calibration else None
-    if calibration and calibrated and calibrated.size == view.size:
-        return calibration.bench_before(flat)
-    return bench_before(flat)
+    return calibration.bench_before(flat, view.size) if calibration else bench_before(flat)
 
 
 def _net(scene: Scene, theory: Theory) -> NetPlan | None:

@@ -125,7 +125,7 @@ def well_known():
 
 def test_the_prior_of_a_camera_is_what_boards_leave_and_what_a_ruler_does(room):
     usual = models.bench_before(PLATE)
-    known = calibrated(room, well_known()).bench_before(PLATE)
+    known = calibrated(room, well_known()).bench_before(PLATE, room.size)
     better = known.sigma[-9:] / usual.sigma[-9:]
     assert (better < 1.0).all()
     names = dict(zip(NUMBERS, better, strict=True))
@@ -139,7 +139,7 @@ def test_the_prior_of_a_camera_is_what_boards_leave_and_what_a_ruler_does(room):
 
 @pytest.mark.parametrize("size", [1e-8, 1e-2, 9.0])  # 3 rad is the widest that is read
 def test_no_direction_is_less_sure_than_without_boards(room, size):
-    known = calibrated(room, size * np.eye(8), size).bench_before(PLATE)
+    known = calibrated(room, size * np.eye(8), size).bench_before(PLATE, room.size)
     usual = models.bench_before(PLATE).prior
     even = known.covariance / np.outer(usual, usual)
     assert np.linalg.eigvalsh(even)[-1] < 1.0 + 1e-9
@@ -147,17 +147,22 @@ def test_no_direction_is_less_sure_than_without_boards(room, size):
 
 
 def test_of_a_lens_without_sigma_the_prior_stays(room):
-    usual, known = models.bench_before(PLATE), calibrated(room).bench_before(PLATE)
+    usual, known = models.bench_before(PLATE), calibrated(room).bench_before(PLATE, room.size)
     assert known["k2"][1] == pytest.approx(usual["k2"][1], rel=0.01)
     assert known["k1"][1] == pytest.approx(usual["k1"][1], rel=0.2)
     assert known["focal"][1] < 0.2 * usual["focal"][1]
     alone = calibrated(room, well_known()).model_copy(update={"pose": None})
-    np.testing.assert_array_equal(alone.bench_before(PLATE).covariance, usual.covariance)
+    np.testing.assert_array_equal(alone.bench_before(PLATE, room.size).covariance, usual.covariance)
+
+
+def test_boards_say_nothing_of_a_camera_of_other_pixels(room):
+    known = calibrated(room, well_known()).bench_before(PLATE, (room.size[0], room.size[1] + 2))
+    np.testing.assert_array_equal(known.covariance, models.bench_before(PLATE).covariance)
 
 
 def test_a_bench_that_boards_were_seen_on_comes_back_from_its_calibration(room):
     known = calibrated(room, well_known())
-    bench = known.bench_before(PLATE)
+    bench = known.bench_before(PLATE, room.size)
     again = Calibration.model_validate_json(known.on_bench(bench).model_dump_json()).known_bench()
     assert again.measured == bench.measured == tuple(NUMBERS)
     np.testing.assert_array_equal(again.covariance, bench.covariance)
