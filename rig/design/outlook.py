@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     from rig.calibration.store import Calibration
 
 
+Known = tuple[models.BenchEstimate, models.BenchEstimate | None]
+"""A bench before any press, and as presses have shown it where there were some."""
+
+
 @dataclass(frozen=True)
 class DesignChange:
     """One thing that is changed, and what comes of it.
@@ -134,7 +138,9 @@ def design(
     named, theory = list(changes(given)), choose(scene, given.plate, largest_force(scene))
     steps = len(named) + 3
     report(0, steps, "the plate in modes")
-    modal = in_modes(scene, theory, given)
+    known, modal = known_of(scene, given, calibration), in_modes(scene, theory, given)
+    if known and modal is None:
+        modal = modal_plate(given.plate.build(), lambda done, total: None)
     report(1, steps, "errors over the plate")
     now = predict(given, None, UNIT, bent(theory, modal))
     made = _changes(now, named, bent(theory, modal), lambda done, what: report(done, steps, what))
@@ -151,7 +157,7 @@ def design(
         errors=errors,
         theory=theory,
         at_forces=tuple(predict(given, now, f, bent(theory, modal)).errors for f in forces),
-        unknowns=None if modal is None else _unknowns(scene, now, modal, calibration),
+        unknowns=_unknowns(scene, now, modal, known) if known and modal else None,
         linear_to=linear_to(given.plate.build()),
         largest=largest_force(scene),
         frame=frame,
@@ -224,18 +230,21 @@ def bent(theory: Theory, modal: fe.ModalPlate | None) -> fe.ModalPlate | None:
     return None if theory.name == "linear" else modal
 
 
-def _unknowns(
-    scene: Scene, now: Prediction, modal: fe.ModalPlate, calibration: Calibration | None
-) -> Unknowns | None:
-    if described(scene) == "exact":
+def known_of(scene: Scene, given: Setup, calibration: Calibration | None) -> Known | None:
+    """Return what is known of a bench before presses and by them; None where it counts as exact."""
+    of_this = calibration.for_scene(scene) if calibration else None
+    shown = of_this.known_bench() if of_this else None
+    if shown is None and described(scene) == "exact":
         return None
+    flat = given.plate.build()
+    if of_this is None:
+        return models.bench_before(flat), None
+    return of_this.bench_before(flat, given.camera.pixels), shown
+
+
+def _unknowns(scene: Scene, now: Prediction, modal: fe.ModalPlate, known: Known) -> Unknowns:
     weakest, strongest = scene.touches.force if scene.touches else (UNIT, UNIT)
-    force, flat = (weakest * strongest) ** 0.5, now.setup.plate.build()
-    if calibration is None:
-        return unknowns(now, modal, force, models.bench_before(flat))
-    of_this = calibration.for_scene(scene)
-    before = of_this.bench_before(flat, now.setup.camera.pixels)
-    return unknowns(now, modal, force, before, of_this.known_bench())
+    return unknowns(now, modal, (weakest * strongest) ** 0.5, *known)
 
 
 def _changes(

@@ -10,13 +10,15 @@ from typer.testing import CliRunner
 
 import fe
 import models
+import rig
 from dic import lay_tiles
 from models.design.expected_errors import shape_over
 from rig import cli
+from rig.calibration.store import calibration_beside
 from rig.commands.design import _place
 from rig.design.changes import changes
 from rig.design.limits import refusal
-from rig.design.outlook import design, in_modes, outlook, search_for
+from rig.design.outlook import design, in_modes, known_of, outlook, search_for
 from rig.design.prediction import linear_to, patch_of, predict, remaining_gain
 from rig.design.setup import setup_of
 from rig.design.unknowns import GROUPS, unknowns
@@ -162,6 +164,17 @@ def test_every_number_of_a_bench_is_named_once_by_what_it_is():
     names = [name for _, numbers in GROUPS.items() for name in numbers]
     assert len(names) == len(set(names))
     assert {"young", "thickness"} < set(names)
+
+
+def test_a_calibration_counts_for_the_bench_that_it_was_made_on():
+    scene, stored = rig.load("bench-real"), calibration_beside("bench-real")
+    before, shown = known_of(scene, setup_of(scene), stored)
+    assert (shown.sigma < before.sigma).mean() > 0.8
+    exact = rig.load("bench-real", {"estimator.bench": "exact"})
+    assert known_of(exact, setup_of(exact), stored) is not None
+    assert known_of(exact, setup_of(exact), None) is None
+    other = rig.load("bench-real", {"plate.size": [254, 203]})
+    assert known_of(other, setup_of(other), stored)[1] is None
 
 
 @pytest.mark.slow
