@@ -19,7 +19,7 @@ from dic import (
 )
 from models import OF_PIXELS, Estimator, ImageMotions, MotionErrors, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
-from rig.live.focus import blur_trace
+from rig.live.focus import BlurTrace, blur_trace
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
@@ -52,8 +52,8 @@ class Chain:
         Of a frame less the reference.
     weight : (T,) float64
         Of the motion that each tile shows, by its own noise.
-    blur : (T, 2) float64
-        What a blur of the image makes of each tile, see `blur_trace`.
+    blur : BlurTrace
+        What a camera out of focus would make of each tile.
     in_time : PlateInTime or None
         How the plate rings and creeps, where each frame is not taken as an equilibrium.
     start : TouchStart or None
@@ -66,7 +66,7 @@ class Chain:
     noise: float
     pixel_noise: float
     weight: F64
-    blur: F64
+    blur: BlurTrace
     in_time: PlateInTime | None = None
     start: TouchStart | None = None
 
@@ -142,7 +142,8 @@ def prepare_chain(
     aliased = noise**2 - reference.noise**2
     curve = None if reference.curve is None else reference.curve + aliased
     weight = tile_weights(image, noise, curve, motions.tiles)
-    pattern = prepare_pattern(motions, without_gain_offset(tiles, weight))
+    unlit = without_gain_offset(tiles, weight)
+    pattern = prepare_pattern(motions, unlit)
     if known is not None:
         pattern = known.seen(pattern)
     bench = None if known is None else known.estimate
@@ -150,7 +151,7 @@ def prepare_chain(
     estimator = Estimator(forward, max_touches=max_touches, bench=bench, friction=friction)
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
-    blur, own = blur_trace(tiles, weight), reference.noise
+    blur, own = blur_trace(tiles, unlit, weight), reference.noise
     return Chain(tile_reference, tiles, masked, noise, own, weight, blur, in_time, start)
 
 

@@ -88,8 +88,8 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         if why:
             return Registered(sums, hidden, fraction, why, chain.pattern, np.empty(0), moved)
         unlit = sums_without_gain_offset(chain.tiles, sums, chain.weight)
-        given = chain.pattern.reference, unlit, on_plate & ~hidden, chain.noise
-        right = pattern.gradient(sums_without_blur(chain.blur, *given), moved)
+        sharp = sums_without_blur(chain.blur, unlit, on_plate & ~hidden, chain.noise)
+        right = pattern.gradient(sharp, moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
         return Registered(sums, hidden, fraction, "", pattern, right, motion, off)

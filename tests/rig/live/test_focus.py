@@ -47,7 +47,7 @@ def test_a_blur_moves_nothing(seen, monkeypatch, sigma, most):
     chain, blurred = seen
     image = blurred(sigma, 3)
     assert np.mean(whitened(chain, image) ** 2) < most
-    monkeypatch.setattr(registration, "sums_without_blur", lambda trace, reference, sums, *_: sums)
+    monkeypatch.setattr(registration, "sums_without_blur", lambda blur, sums, *_: sums)
     assert np.mean(whitened(chain, image) ** 2) > 1.3 * most
 
 
