@@ -142,8 +142,8 @@ def prepare_chain(
     aliased = noise**2 - reference.noise**2
     curve = None if reference.curve is None else reference.curve + aliased
     weight = tile_weights(image, noise, curve, motions.tiles)
-    unlit = without_gain_offset(tiles, weight)
-    pattern = prepare_pattern(motions, unlit)
+    without_light = without_gain_offset(tiles, weight)
+    pattern = prepare_pattern(motions, without_light)
     if known is not None:
         pattern = known.seen(pattern)
     bench = None if known is None else known.estimate
@@ -151,7 +151,7 @@ def prepare_chain(
     estimator = Estimator(forward, max_touches=max_touches, bench=bench, friction=friction)
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
-    blur, own = blur_trace(tiles, unlit, weight), reference.noise
+    blur, own = blur_trace(tiles, without_light, weight), reference.noise
     return Chain(tile_reference, tiles, masked, noise, own, weight, blur, in_time, start)
 
 

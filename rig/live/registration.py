@@ -87,8 +87,8 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
                 why = str(error)
         if why:
             return Registered(sums, hidden, fraction, why, chain.pattern, np.empty(0), moved)
-        unlit = sums_without_gain_offset(chain.tiles, sums, chain.weight)
-        sharp = sums_without_blur(chain.blur, unlit, on_plate & ~hidden, chain.noise)
+        without_light = sums_without_gain_offset(chain.tiles, sums, chain.weight)
+        sharp = sums_without_blur(chain.blur, without_light, on_plate & ~hidden, chain.noise)
         right = pattern.gradient(sharp, moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
