@@ -12,7 +12,6 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from dic import export
-from rig.scene.refusal import sentence
 from rig.series.invariants import STRAINS
 from rig.system.arrays import Mask
 
@@ -103,6 +102,8 @@ def read_regions(path: Path) -> Regions:
 
 def _key_or_value(error: ValidationError) -> str:
     """Return what is wrong in a file: a key that it cannot have or that it lacks, or a value."""
+    from rig.scene.refusal import sentence  # a test correlates without scenes
+
     keys = {"extra_forbidden", "missing"} & {fault["type"] for fault in error.errors()}
     return sentence(error, Regions) if keys else first_fault(error)
 
