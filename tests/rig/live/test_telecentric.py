@@ -51,7 +51,7 @@ def test_it_sees_less_of_a_touch_than_a_pinhole(small):
         "touches.max_touches": 1,
         "gauges": {"kind": "lattice", "spacing": 51.0, "margin": 25.0, "subset": 41},
         "estimator": {"kind": "net"},
-        "training": {"samples": 40, "margin": 30.0, "test": 20},
+        "training": {"samples": 40, "margin": 30.0, "test_samples": 20},
     }
     size = {
         kind: np.std(
