@@ -328,7 +328,8 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     whitening = np.ascontiguousarray(pattern.factor.T) / chain.noise
-    moved, errors = pattern.uncorrected(seen.motion), chain.motion_errors(seen.motion, seen.hidden)
+    moved = pattern.uncorrected(seen.motion)
+    errors = chain.motion_errors(seen.motion, seen.hidden, seen.faint)
     sigma = np.sqrt(np.diag(estimate.touch_covariance(0)))
     evident = estimator.fit_whitened(white).count > 0
     return ShownPress(touch, sigma, white, whitening, moved, errors, evident, seen.hidden)

@@ -19,7 +19,7 @@ from dic import (
 )
 from models import OF_PIXELS, Estimator, ImageMotions, MotionErrors, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
-from rig.live.focus import BlurTrace, blur_trace
+from rig.live.focus import BlurTrace, blur_traces
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
@@ -52,7 +52,7 @@ class Chain:
         Of a frame less the reference.
     weight : (T,) float64
         Of the motion that each tile shows, by its own noise.
-    blur : BlurTrace
+    blurs : tuple of BlurTrace
         What a camera out of focus would make of each tile.
     in_time : PlateInTime or None
         How the plate rings and creeps, where each frame is not taken as an equilibrium.
@@ -66,7 +66,7 @@ class Chain:
     noise: float
     pixel_noise: float
     weight: F64
-    blur: BlurTrace
+    blurs: tuple[BlurTrace, ...]
     in_time: PlateInTime | None = None
     start: TouchStart | None = None
 
@@ -75,28 +75,30 @@ class Chain:
         """The whole pattern as a measurement."""
         return self.masked_models.pattern
 
-    def motion_errors(self, motion: F64, hidden: Mask, level: float = 1.0) -> MotionErrors:
+    def motion_errors(
+        self, motion: F64, hidden: Mask, faint: float, level: float = 1.0
+    ) -> MotionErrors:
         """Say what a frame of this motion (K + R,) errs by, the hidden tiles (T,) aside.
 
-        By the noise of any motion, or that of a `level` of it. A gain is that of presses as well,
-        and Young's modulus of an inferred bench has it.
+        By the noise of any motion, or that of a `level` of it; for `faint` see `Registered`. A gain
+        is that of presses as well, and Young's modulus of an inferred bench has it.
         """
+        pixels = self._pixels * faint / level**2
         if not self.aliases:
-            return OF_PIXELS
-        pixels, flow = self._pixels, self._flow(motion, hidden)
+            return OF_PIXELS if pixels == 1.0 else MotionErrors(pixels)
+        flow = self._flow(motion, hidden)
         gain = 0.0 if self.estimator.bench else self.reference.gain_error * gain_left(flow)
-        aliased = (1.0 - pixels) * aliasing_left(flow)
-        return MotionErrors(pixels / level**2, aliased / level**2, gain)
+        aliased = (1.0 - self._pixels) * aliasing_left(flow)
+        return MotionErrors(pixels, aliased / level**2, gain)
 
-    def level(self, motion: F64, hidden: Mask) -> float:
+    def level(self, motion: F64, hidden: Mask, faint: float) -> float:
         """Noise by which a frame of this motion (K + R,) is searched, over that of any motion.
 
         Its own, up to the next of few levels, each of which has an estimator.
         """
-        if not self.aliases:
-            return 1.0
-        pixels = self._pixels
-        own = pixels + (1.0 - pixels) * aliasing_left(self._flow(motion, hidden))
+        own = self._pixels * faint
+        if self.aliases:
+            own += (1.0 - self._pixels) * aliasing_left(self._flow(motion, hidden))
         return LEVELS ** floor(0.5 * log(own, LEVELS) + 1e-9)
 
     @property
@@ -151,8 +153,8 @@ def prepare_chain(
     estimator = Estimator(forward, max_touches=max_touches, bench=bench, friction=friction)
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
-    blur, own = blur_trace(tiles, without_light, weight), reference.noise
-    return Chain(tile_reference, tiles, masked, noise, own, weight, blur, in_time, start)
+    blurs, own = blur_traces(tiles, without_light, weight), reference.noise
+    return Chain(tile_reference, tiles, masked, noise, own, weight, blurs, in_time, start)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,6 @@ from rig.live.chain import Chain
 from rig.live.frame_estimate import FrameEstimate, touches_of
 from rig.live.known_bench import KnownBench
 from rig.live.notice import Notice
-from rig.live.visibility import SLIGHT
 from rig.system.arrays import F64
 
 TOUCHES = 8
@@ -107,7 +106,7 @@ class Diagnosing:
         """Take the strongest touch of a frame; None where others fit, or it lies near another."""
         touches = touches_of(found.estimate)
         alone = len(touches) == 1 or (len(touches) and not is_consistent(found.estimate))
-        if found.measured is None or not alone or found.hidden_fraction > SLIGHT:
+        if found.measured is None or not alone or not found.whole_and_clear:
             return None
         touch: F64 = touches[np.argmax(touches[:, 2])]
         near = any(np.hypot(*(touch[:2] - one.touch[:2])) < _APART for one in self._presses)

@@ -20,6 +20,7 @@ from rig.system.timing import Stopwatch
 
 GUESSES = 3  # at most so often a frame is moved as the touches that were found would move it
 STRANGE = 0.2  # of the tiles: where more look strange, the camera may have jumped
+TOO_FAINT = 1.5  # of the variance by pixels, beyond which nothing is learned of a frame
 NO_ESTIMATE = Estimate(
     np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH
 )
@@ -56,6 +57,8 @@ class FrameEstimate:
         Why the touch net proposed nothing and touches were searched for; empty where it did.
     level : float
         Noise by which touches were searched, over that of `measured`, see `Chain.level`.
+    faint, blur : float
+        See `Registered`.
     """
 
     estimate: Estimate
@@ -70,6 +73,13 @@ class FrameEstimate:
     measured: F64 | None = None
     start_reason: str = ""
     level: float = 1.0
+    faint: float = 1.0
+    blur: float = 0.0
+
+    @property
+    def whole_and_clear(self) -> bool:
+        """Whether hardly anything of the pattern is hidden, dimmed or blurred."""
+        return self.hidden_fraction <= SLIGHT and self.faint <= TOO_FAINT
 
 
 def estimate_frame(
@@ -167,7 +177,7 @@ def _at_equilibrium(
 ) -> FrameEstimate:
     """Find the touches that explain a frame of a plate that follows them at once."""
     with watch.stage("estimate"):
-        level = chain.level(seen.motion, seen.hidden)
+        level = chain.level(seen.motion, seen.hidden, seen.faint)
         pattern, estimator = chain.masked_models.for_frame(seen.hidden, level)
         rest = state.rest
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
@@ -192,6 +202,8 @@ def _at_equilibrium(
         measured=measured,
         start_reason=why,
         level=level,
+        faint=seen.faint,
+        blur=seen.blur,
     )
 
 
@@ -231,4 +243,6 @@ def _in_time(
         after,
         measured=found.measured,
         start_reason=why,
+        faint=seen.faint,
+        blur=seen.blur,
     )

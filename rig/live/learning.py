@@ -28,7 +28,7 @@ from rig.live.chain import Chain
 from rig.live.first_touches import FirstTouches, NextBench
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.notice import Notice
-from rig.live.visibility import SLIGHT, MaskedModels
+from rig.live.visibility import MaskedModels
 from rig.system.arrays import F64, Mask
 
 HELD = 8
@@ -314,7 +314,7 @@ class Learning:
             found.measured is None
             or estimate.result is not Result.FOUND
             or estimate.count != 1
-            or found.hidden_fraction > SLIGHT
+            or not found.whole_and_clear
             or not is_consistent(estimate)
         ):
             return None

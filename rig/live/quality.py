@@ -13,6 +13,7 @@ from rig.live.visibility import SLIGHT, contrast
 
 NOISY = 1.3  # times the noise of the reference
 DIM, BRIGHT = 0.7, 1.3  # times the light of the reference
+SOFT = 0.4  # px of blur, by which a seventh of the slopes of a fine pattern is lost
 BUMPED = 1.0  # px; a camera on a firm stand creeps by tenths
 COARSE = 5.0  # mm, half a fingertip
 
@@ -30,6 +31,7 @@ def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
         _fit(estimate, bool(frame_estimate.unusable_reason)),
         _noise(noise, at_rest),
         _light(contrast(sums, shown, tiles.size) if visible else float("nan")),
+        _focus(frame_estimate.blur),
         _pattern(chain),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
         _uncertainty(frame_estimate.estimate),
@@ -57,6 +59,12 @@ def _pattern(chain: Chain) -> Sign:
     text = f"{aliasing:.3f} px aliased"
     text += f", Gaussian of {sigma:g} px" if sigma else ""
     return Sign("pattern", f"{text}: defocus" if too_fine else text, too_fine)
+
+
+def _focus(blur: float) -> Sign:
+    if abs(blur) < SOFT:
+        return Sign("focus", "as at rest", False)
+    return Sign("focus", f"{abs(blur):.1f} px {'softer' if blur > 0 else 'sharper'}", True)
 
 
 def _light(light: float) -> Sign:

@@ -9,9 +9,9 @@ import numpy as np
 from dic import TileSums, tile_sums
 from models import TilePattern, hidden_tiles
 from rig.live.chain import Chain
-from rig.live.focus import sums_without_blur
-from rig.live.illumination import sums_without_gain_offset
-from rig.live.visibility import coarse_shift, contrast_loss, tile_shift, unusable_reason
+from rig.live.focus import find_blur
+from rig.live.illumination import contrast_loss, shaded, sums_without_gain_offset
+from rig.live.visibility import coarse_shift, tile_shift, unusable_reason
 from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
 
@@ -19,6 +19,7 @@ MAX_OFF = 0.1  # px: a reference that was moved wrongly by more is moved again w
 MISSED = (
     0.003  # px that an iteration may miss in the shade: the trace of 0.05 N that are there no more
 )
+FAINT = 1.05  # of the variance by pixels, below which a frame is as clear as the reference
 MAX_ITERATIONS = 12  # at most so often; two are usual, a press on a free edge takes eight
 
 
@@ -43,6 +44,13 @@ class Registered:
         Amplitudes that the frame shows, whatever moved it.
     off : float, px
         By which the last pass moved the reference on at most; 0 where the frame says nothing.
+    faint : float
+        Variance that pixels make of the motion, over that of a frame as clear as the reference,
+        as most are: 1.
+    blur : float, px
+        Of the frame since the reference, standard deviation, see `FoundBlur.width`.
+    missed : float
+        Of what the last pass found, it may have missed this fraction.
     """
 
     sums: TileSums
@@ -53,6 +61,9 @@ class Registered:
     right: F64
     motion: F64
     off: float = 0.0
+    faint: float = 1.0
+    blur: float = 0.0
+    missed: float = 0.0
 
     @property
     def settled(self) -> bool:
@@ -64,7 +75,7 @@ def register(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Reg
     """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
     seen = _compared(chain, image, moved, watch)
     for _ in range(MAX_ITERATIONS - 1):
-        if seen.unusable_reason or (seen.settled and seen.off * _miss(chain, seen) <= MISSED):
+        if seen.unusable_reason or (seen.settled and seen.off * seen.missed <= MISSED):
             break
         seen = _compared(chain, image, seen.motion, watch)
     return seen
@@ -88,11 +99,20 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         if why:
             return Registered(sums, hidden, fraction, why, chain.pattern, np.empty(0), moved)
         without_light = sums_without_gain_offset(chain.tiles, sums, chain.weight)
-        sharp = sums_without_blur(chain.blur, without_light, on_plate & ~hidden, chain.noise)
+        visible = on_plate & ~hidden
+        blur = find_blur(chain.blurs, without_light, visible, chain.noise)
+        sharp, left, width = without_light, 1.0, 0.0
+        if blur is not None:
+            sharp, left, width = blur.taken_out(without_light), blur.slopes_left, blur.width
+        faint = shaded(chain.reference, sums, visible) / left**2
+        faint = faint if faint > FAINT else 1.0
+        missed = max(contrast_loss(chain.reference, sums, visible), abs(1.0 - left))
         right = pattern.gradient(sharp, moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
-        return Registered(sums, hidden, fraction, "", pattern, right, motion, off)
+        return Registered(
+            sums, hidden, fraction, "", pattern, right, motion, off, faint, width, missed
+        )
 
 
 def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:
@@ -108,13 +128,6 @@ def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(shifted))
         shift += tile_shift(chain.tiles, sums)
     return shifted
-
-
-def _miss(chain: Chain, seen: Registered) -> float:
-    """Give what an iteration has missed as a fraction of what it found."""
-    visible = chain.pattern.motions.on_plate & ~seen.hidden
-    lost = min(contrast_loss(chain.reference, seen.sums, visible), 0.9)
-    return abs(lost) / (1.0 - lost)
 
 
 def strangeness(seen: Registered) -> tuple[bool, float, float]:

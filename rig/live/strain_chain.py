@@ -8,7 +8,14 @@ import numpy as np
 
 import synthetic
 from dic import TileBlocks, TileSums, prepare_blocks, tile_displacement
-from models import Estimate, Estimator, StrainMap, prepare_strain_map
+from models import (
+    Estimate,
+    Estimator,
+    MotionErrors,
+    StrainMap,
+    prepare_strain_map,
+    with_motion_errors,
+)
 from rig.live.alignment import Alignment
 from rig.live.chain import Chain, ChainState
 from rig.live.fitted import touches_of
@@ -78,6 +85,8 @@ def with_strain(
     strain, found = sense_strain(strain_chain, frame_estimate.sums, frame_estimate.state, watch)
     if frame_estimate.unusable_reason:
         found = None
+    if found is not None:
+        found = with_motion_errors(found, MotionErrors(frame_estimate.faint))
     start = np.empty((0, 3)) if found is None else touches_of(found)
     after = replace(frame_estimate.state, from_strain=start)
     whole = replace(frame_estimate, strain=strain, from_strain=found, state=after)

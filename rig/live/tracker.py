@@ -15,6 +15,7 @@ from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
 from rig.live.pace import LATENCY
+from rig.live.quality import SOFT
 from rig.live.reported import report_frame
 from rig.live.strain_chain import with_strain, with_touches
 from rig.live.tracks import Event, Track, Tracks
@@ -154,8 +155,11 @@ class FrameProcessor:
         hidden = "" if fits and slight else self._hidden.sentence(frame_estimate.hidden)
         if not slight:
             said += f"; {fraction:.0%} of the pattern is hidden: {hidden}"
+        focus = _unfocused(frame_estimate.blur)
         if not fits:
-            said += f", but the image does not fit{_why(hidden, cause) if slight else ''}"
+            said += f", but the image does not fit{_why(hidden, cause or focus) if slight else ''}"
+        elif focus:
+            said += f". {focus}"
         if caution := self._caution(frame_estimate):
             said += f"; {caution}"
         return said
@@ -182,6 +186,16 @@ class FrameProcessor:
         self._state, self._tracks = at_rest(self.chain), Tracks()
         self._hidden = self._bench.hidden_parts
         self._captured: float | None = None
+
+
+def _unfocused(blur: float) -> str:
+    """Say by how many px an image is blurred; empty where it is as sharp as the reference."""
+    if blur < SOFT:
+        return ""
+    return (
+        f"The image is blurred by {blur:.1f} px more than the reference: let the camera stand still"
+        " and focus it, or take the reference again"
+    )
 
 
 def _why(hidden: str, cause: str) -> str:

@@ -15,8 +15,6 @@ from rig.system.arrays import F64, AnyArray, Mask
 SLIGHT = 0.02  # of the tiles hidden: a speck or a scratch, not a hand
 HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow
-DARKEST = 0.05  # of the visible tiles; fewer say nothing against the others
-FLAT = 0.1  # of the usual texture, below which the gain of a tile is not known
 COARSE = 512  # px, longer side of the images in which a jump is looked for: right to 0.4 px
 
 
@@ -89,25 +87,13 @@ def unusable_reason(reference: TileReference, sums: TileSums, visible: Mask, hid
         Part of the pattern that does not show it.
     """
     if hidden > HIDDEN:
-        return f"{hidden:.0%} of the pattern is hidden; clear the view or put the camera back"
+        return (
+            f"{hidden:.0%} of the pattern is hidden; clear the view, focus the camera or put it"
+            " back"
+        )
     if contrast(sums, visible, reference.tiles.size) < DARK:
         return "the pattern is too faint to follow; look after the light"
     return ""
-
-
-def contrast_loss(reference: TileReference, sums: TileSums, visible: Mask) -> float:
-    """Fraction of a motion that one iteration misses in the shade.
-
-    A frame whose contrast is lower by a factor shows a motion that is smaller by it; what is left
-    comes with the next iteration, to which the reference is moved. That of the
-    darkest tiles is given.
-    """
-    pixels = reference.tiles.size**2
-    ff, f = sums.light[:, 4:].T
-    texture = ff - f**2 / pixels
-    clear = visible & (texture > FLAT * np.median(texture))
-    gains = 1.0 + (sums.ef - f * sums.e / pixels)[clear] / texture[clear]
-    return float(1.0 - np.quantile(gains, DARKEST)) if clear.any() else 0.0
 
 
 def contrast(sums: TileSums, visible: Mask, size: int) -> float:

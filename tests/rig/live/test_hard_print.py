@@ -102,8 +102,8 @@ def test_a_frame_is_searched_by_no_less_than_its_noise_and_by_a_fifth_more_at_mo
     for shift in (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.8, 1.0):
         motion = chain.pattern.still()
         motion[chain.pattern.count :][:2] = shift
-        levels.append(chain.level(motion, bare))
-        errors = chain.motion_errors(motion, bare, levels[-1])
+        levels.append(chain.level(motion, bare, 1.0))
+        errors = chain.motion_errors(motion, bare, 1.0, levels[-1])
         assert errors.pixels + errors.aliased > LEVELS**2 - 1e-9
         assert errors.pixels + errors.aliased < 1.0 + 1e-9
     assert levels[0] == levels[-1] < 0.5

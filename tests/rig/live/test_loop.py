@@ -320,6 +320,10 @@ def test_two_touches_are_called_two(start):
 
 
 CAUSE = "Not as calibrated: a plate that is not flat (+0.2 mm of sag); calibrate the bench."
+BLURRED = (
+    "The image is blurred by 0.8 px more than the reference: let the camera stand still and focus"
+    " it, or take the reference again"
+)
 
 
 @pytest.mark.slow
@@ -340,22 +344,31 @@ def test_a_cause_that_is_named_stands_in_frames_that_do_not_fit(start, monkeypat
 
 
 @pytest.mark.parametrize(
-    ("hidden", "p_value", "cause", "says"),
+    ("hidden", "p_value", "blur", "cause", "says"),
     [
-        (0, 0.5, CAUSE, "no touch"),
-        (30, 0.5, CAUSE, "no touch; 30% of the pattern is hidden: BEHIND"),
-        (30, 1e-9, CAUSE, "30% of the pattern is hidden: BEHIND, but the image does not fit"),
-        (1, 1e-9, "", "does not fit: BEHIND"),
-        (0, 1e-9, "", "does not fit: the bench is not as the scene says, or touches are other"),
-        (0, 1e-9, CAUSE, f"does not fit. {CAUSE}"),
+        (0, 0.5, 0.3, CAUSE, "no touch"),
+        (0, 0.5, 0.8, CAUSE, f"no touch. {BLURRED}"),
+        (30, 0.5, 0.0, CAUSE, "no touch; 30% of the pattern is hidden: BEHIND"),
+        (30, 1e-9, 0.0, CAUSE, "30% of the pattern is hidden: BEHIND, but the image does not fit"),
+        (1, 1e-9, 0.0, "", "does not fit: BEHIND"),
+        (
+            0,
+            1e-9,
+            -0.8,
+            "",
+            "does not fit: the bench is not as the scene says, or touches are othe",
+        ),
+        (0, 1e-9, 0.8, "", f"does not fit. {BLURRED}"),
+        (0, 1e-9, 0.8, CAUSE, f"does not fit. {CAUSE}"),
     ],
 )
-def test_a_sentence_says_what_is_known_of_a_misfit(hidden, p_value, cause, says):
+def test_a_sentence_says_what_is_known_of_a_misfit(hidden, p_value, blur, cause, says):
     found = SimpleNamespace(
         unusable_reason="",
         estimate=replace(NO_ESTIMATE, p_value=p_value),
         hidden=np.arange(100) < hidden,
         hidden_fraction=hidden / 100,
+        blur=blur,
     )
     behind = SimpleNamespace(sentence=lambda hidden: "BEHIND" if hidden.any() else "")
     follower = SimpleNamespace(_caution=lambda found: "", _hidden=behind)

@@ -82,7 +82,7 @@ def test_a_plate_that_is_wholly_covered_says_so_and_goes_on_after(rig):
     covered = rig.process(21, (PRESS,), lambda light: strange)
     assert (
         covered.unusable_reason
-        == "100% of the pattern is hidden; clear the view or put the camera back"
+        == "100% of the pattern is hidden; clear the view, focus the camera or put it back"
     )
     assert covered.estimate.count == 0
     np.testing.assert_array_equal(covered.state.motion, before.motion)
