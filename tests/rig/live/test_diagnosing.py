@@ -49,7 +49,7 @@ def frames(forward, p_value, extra=False, **wrong):
             estimate=estimate,
             measured=seen,
             hidden=np.zeros(9, dtype=bool),
-            hidden_fraction=0.0,
+            whole_and_clear=True,
             state=SimpleNamespace(motion=np.zeros(6)),
         )
 

@@ -91,6 +91,8 @@ def test_a_frame_out_of_focus_says_so_on_the_page_and_in_its_sentence(seen):
     found = estimate_frame(chain, blurred(1.0, 3), at_rest(chain), Stopwatch(time.monotonic))
     (sign,) = (one for one in signs(chain, found) if one.name == "focus")
     assert (sign.says, sign.warns) == ("1.0 px softer", True)
+    assert not found.whole_and_clear  # and teaches nothing of the bench
     sharp = estimate_frame(chain, blurred(0.0, 3), at_rest(chain), Stopwatch(time.monotonic))
     (sign,) = (one for one in signs(chain, sharp) if one.name == "focus")
     assert (sign.says, sign.warns) == ("as at rest", False)
+    assert sharp.whole_and_clear

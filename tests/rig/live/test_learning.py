@@ -60,7 +60,7 @@ def frames(forward):
             estimate=estimate,
             measured=seen + rng.standard_normal(len(seen)),
             hidden=np.zeros(4, dtype=bool),
-            hidden_fraction=0.0,
+            whole_and_clear=True,
             state=SimpleNamespace(memory=Memory(), motion=np.zeros(len(seen) + 6)),
         )
         return SimpleNamespace(**{**vars(one), **changed})
@@ -117,7 +117,7 @@ def test_what_is_no_still_touch_says_nothing(learning, forward, frames, what):
         "two": [frames([TOUCH, [110.0, 40.0, 2.0]])] * 40,
         "moving": [frames(TOUCH + np.array([k, 0.0, 0.0])) for k in range(40)],
         "light": [frames(TOUCH * np.array([1.0, 1.0, 0.1]))] * 40,
-        "hidden": [frames(TOUCH, hidden_fraction=0.25)] * 40,
+        "hidden": [frames(TOUCH, whole_and_clear=False)] * 40,
         "unusable": [frames(TOUCH, measured=None)] * 40,
         "left too soon": [*[frames(TOUCH)] * (HELD - 1), *[frames([])] * 40],
     }[what]
