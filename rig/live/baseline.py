@@ -53,7 +53,8 @@ def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
     """Average frames of the untouched plate, two or more, and measure their noise.
 
     The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels: over the
-    whole image, and by grey level.
+    whole image, and by grey level. A lamp that flickers is none of it: motion is read without the
+    light of each tile.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
     count = len(frames)
     squares = np.zeros_like(mean)
     for frame in frames:
-        squares += np.square(frame - mean)
+        squares += np.square(_steady(frame - mean, mean))
     squares *= 1 + 1 / count
     variance = float(squares.mean(dtype=np.float64)) / (count - 1)
     noise = max(float(np.sqrt(variance)), MIN_NOISE)
@@ -115,10 +116,16 @@ def moved_during_reference(frames: Sequence[AnyArray]) -> bool:
 
 def _squares(change: F64, light: F64) -> F64:
     """Sum the squares of a change over each tile, (T,), without what a lamp that flickers does."""
+    steady = _steady(change, light)
+    return np.asarray(lay_tiles(steady.shape, TILE).sums(np.square(steady)), dtype=np.float64)
+
+
+def _steady(change: AnyArray, light: AnyArray) -> AnyArray:
+    """Take a gain and an offset of the whole image out of a change of it."""
     shade = light - light.mean()
     gain = float((shade * change).sum()) / max(float((shade**2).sum()), 1e-9)
-    steady = change - change.mean() - gain * shade
-    return np.asarray(lay_tiles(steady.shape, TILE).sums(np.square(steady)), dtype=np.float64)
+    steady: AnyArray = change - change.mean() - gain * shade
+    return steady
 
 
 def is_consistent(estimate: Estimate) -> bool:

@@ -34,6 +34,18 @@ def test_noise_and_a_flickering_lamp_are_no_motion(rng):
         assert not moved_during_reference(frames)
 
 
+@pytest.mark.parametrize("flicker", [0.0, 0.03, 0.1])
+def test_a_lamp_that_flickers_is_no_noise(rng, flicker):
+    """Motion is read without the light of each tile; σ would be thrice too wide of 3 %."""
+    scene = 60.0 + 100.0 * rng.random((64, 96))
+    lamps = 1.0 + flicker * rng.standard_normal(16)
+    frames = [lamp * scene + rng.normal(0.0, 2.0, scene.shape) for lamp in lamps]
+    reference = average_reference(frames)
+    assert reference.noise == pytest.approx(2.0 * np.sqrt(17 / 16), rel=0.02)
+    np.testing.assert_allclose(np.sqrt(reference.curve), reference.noise, rtol=0.05)
+    np.testing.assert_allclose(reference.image, lamps.mean() * scene, atol=3.0)
+
+
 def test_a_finger_that_lands_meanwhile_is_motion(rng):
     frames = still_frames(rng)
     for frame in frames[10:]:
