@@ -192,7 +192,7 @@ from .forward.linear import (
     Forward as Forward,
     LinearForward as LinearForward,
 )
-from .forward.occlusion import hidden_tiles as hidden_tiles
+from .forward.occlusion import frame_noise as frame_noise, hidden_tiles as hidden_tiles
 from .forward.rolling import (
     RollingShutter as RollingShutter,
     rolling_shutter as rolling_shutter,

@@ -56,6 +56,29 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask
     return np.asarray(binary_dilation(grid), dtype=np.bool_).ravel()
 
 
+def frame_noise(reference: TileReference, sums: TileSums, visible: Mask) -> float:
+    """Noise of a pixel of a frame less the reference, grey levels, without motion and light.
+
+    That of the median tile, which a new touch hardly moves; 0 where no tile is visible.
+
+    Parameters
+    ----------
+    reference : TileReference
+    sums : TileSums
+        As for `hidden_tiles`.
+    visible : (T,) bool
+        Tiles that count.
+    """
+    if not visible.any():
+        return 0.0
+    pixels = float(reference.tiles.size**2)
+    unexplained, *_ = _local(
+        sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef, pixels
+    )
+    usual = float(np.median(unexplained[visible]))
+    return float(np.sqrt(max(usual, 0.0) / (pixels - UNKNOWNS)))
+
+
 def _blur(excess: F64, texture: F64) -> float:
     """Return the part of the pattern that a blur of the whole frame may leave unexplained.
 

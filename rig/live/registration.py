@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dic import TileSums, tile_sums
-from models import TilePattern, hidden_tiles
+from models import TilePattern, frame_noise, hidden_tiles
 from rig.live.chain import Chain
 from rig.live.focus import find_blur
 from rig.live.illumination import contrast_loss, shaded, sums_without_gain_offset
@@ -45,8 +45,8 @@ class Registered:
     off : float, px
         By which the last pass moved the reference on at most; 0 where the frame says nothing.
     faint : float
-        Variance that pixels make of the motion, over that of a frame as clear as the reference,
-        as most are: 1.
+        Variance that pixels make of the motion, over that of a frame as clear and quiet as the
+        reference, as most are: 1.
     blur : float, px
         Of the frame since the reference, standard deviation, see `FoundBlur.width`.
     missed : float
@@ -105,6 +105,9 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         if blur is not None:
             sharp, left, width = blur.taken_out(without_light), blur.slopes_left, blur.width
         faint = shaded(chain.reference, sums, visible) / left**2
+        if blur is None:  # which leaves more unexplained than noise does
+            noisier = frame_noise(chain.reference, sums, visible) / chain.noise
+            faint *= max(noisier, 1.0) ** 2
         faint = faint if faint > FAINT else 1.0
         missed = max(contrast_loss(chain.reference, sums, visible), abs(1.0 - left))
         right = pattern.gradient(sharp, moved)

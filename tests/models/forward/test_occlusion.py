@@ -38,6 +38,19 @@ def sense(bench, image, passes=3):
     return estimate, pattern
 
 
+@pytest.mark.parametrize("noise", [1.0, 2.0, 5.0])
+def test_the_noise_of_a_frame_is_known_without_light_motion_and_a_hand(bench, noise):
+    hand, rng = synthetic.Occluder(OUTLINE, 0.1), np.random.default_rng(8)
+    shape = bench.reference.image.shape
+    image = frame(
+        bench, TOUCHES, hand, gain=0.85, shift=(0.06, 0.04)
+    ) - NOISE * np.random.default_rng(1).standard_normal(shape)
+    sums = tile_sums(bench.reference, image + rng.normal(0.0, noise, shape))
+    everywhere = np.ones(len(sums.e), dtype=bool)
+    assert models.frame_noise(bench.reference, sums, everywhere) == pytest.approx(noise, rel=0.05)
+    assert models.frame_noise(bench.reference, sums, ~everywhere) == 0.0
+
+
 @pytest.mark.parametrize("shade", [0.1, 0.5, 0.9])
 def test_a_hand_is_hidden_and_the_rest_is_not(bench, shade):
     hand = synthetic.Occluder(OUTLINE, shade)
