@@ -20,7 +20,7 @@ from rig.system.timing import Stopwatch
 
 GUESSES = 3  # at most so often a frame is moved as the touches that were found would move it
 STRANGE = 0.2  # of the tiles: where more look strange, the camera may have jumped
-TOO_FAINT = 1.5  # of the variance by pixels, beyond which nothing is learned of a frame
+TOO_FAINT = 1.5  # of the variance by pixels: beyond it nothing is learned, or found in strain
 NO_ESTIMATE = Estimate(
     np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH
 )
@@ -47,7 +47,8 @@ class FrameEstimate:
         To start the next frame from.
     strain : (T, 3) float64, or None where the scene wants none
     from_strain : Estimate or None
-        None where a part of the strain map is lost in this frame, by a hand for instance.
+        None where a part of the strain map is lost in this frame, by a hand for instance, or the
+        frame is too faint.
     from_pattern : Estimate or None
         Of the whole pattern, where a net estimates the touches.
     measured : (m,) float64 or None

@@ -19,7 +19,7 @@ from models import (
 from rig.live.alignment import Alignment
 from rig.live.chain import Chain, ChainState
 from rig.live.fitted import touches_of
-from rig.live.frame_estimate import FrameEstimate
+from rig.live.frame_estimate import TOO_FAINT, FrameEstimate
 from rig.system.arrays import F64
 from rig.system.timing import Stopwatch
 
@@ -83,8 +83,8 @@ def with_strain(
     if strain_chain is None:
         return _aligned(frame_estimate, alignment)
     strain, found = sense_strain(strain_chain, frame_estimate.sums, frame_estimate.state, watch)
-    if frame_estimate.unusable_reason:
-        found = None
+    if frame_estimate.unusable_reason or frame_estimate.faint > TOO_FAINT:
+        found = None  # what blurs a frame strains it, too
     if found is not None:
         found = with_motion_errors(found, MotionErrors(frame_estimate.faint))
     start = np.empty((0, 3)) if found is None else touches_of(found)

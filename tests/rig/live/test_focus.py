@@ -14,6 +14,7 @@ from rig.live.chain import at_rest
 from rig.live.frame_estimate import estimate_frame
 from rig.live.quality import signs
 from rig.live.reported import reported
+from rig.live.strain_chain import with_strain
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
@@ -22,10 +23,10 @@ PRESS = fe.Touch(150.0, 80.0, 3.0)
 
 @pytest.fixture(scope="module")
 def seen(small):
-    """Return the chain of the small twin, and its images blurred by σ px before their noise."""
+    """Return the chains of the small twin, and its images blurred by σ px before their noise."""
     scene = small()
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
-    chain = bench.prepare(average_reference([twin.frame(n, ()) for n in range(16)]))[0]
+    prepared = bench.prepare(average_reference([twin.frame(n, ()) for n in range(16)]))
 
     clean_images = {
         touches: np.mean([twin.frame(n, touches) for n in range(40, 104)], axis=0)
@@ -38,7 +39,7 @@ def seen(small):
         image += np.random.default_rng(number).normal(0.0, noise, clean.shape)
         return np.clip(np.rint(image), 0, 255).astype(np.uint8)
 
-    return chain, blurred
+    return *prepared, blurred
 
 
 def compared(chain, image):
@@ -51,7 +52,7 @@ def compared(chain, image):
 
 @pytest.mark.parametrize("sigma", [0.5, 0.8, 1.0, 1.3, 1.6])
 def test_a_blur_moves_nothing_and_is_known_by_its_width(seen, monkeypatch, sigma):
-    chain, blurred = seen
+    chain, _, blurred = seen
     image = blurred(sigma, 3)
     found, amplitudes = compared(chain, image)
     assert 0.6 < np.mean(amplitudes**2) / found.faint < 1.4
@@ -63,7 +64,7 @@ def test_a_blur_moves_nothing_and_is_known_by_its_width(seen, monkeypatch, sigma
 
 
 def test_a_sharp_image_keeps_its_noise(seen):
-    chain, blurred = seen
+    chain, _, blurred = seen
     every = [compared(chain, blurred(0.2, n)) for n in range(5)]
     assert np.mean([np.mean(one**2) for _, one in every]) == pytest.approx(1.0, abs=0.17)
     assert max(abs(found.blur) for found, _ in every) < 0.2
@@ -75,7 +76,7 @@ def test_a_sharp_image_keeps_its_noise(seen):
     [(0.5, 0.0, 2.0), (0.7, 0.5, 2.0), (1.0, 1.0, 2.0), (1.0, 1.5, 2.0), (1.0, 0.0, 4.0)],
 )
 def test_a_press_errs_by_the_noise_and_the_contrast_of_its_frame(seen, gain, sigma, noise):
-    chain, blurred = seen
+    chain, _, blurred = seen
     watch, errors, spread = Stopwatch(time.monotonic), [], []
     for number in range(16):
         image = blurred(sigma, number, (PRESS,), gain, noise)
@@ -92,12 +93,14 @@ def test_a_press_errs_by_the_noise_and_the_contrast_of_its_frame(seen, gain, sig
 
 
 def test_a_frame_out_of_focus_says_so_on_the_page_and_in_its_sentence(seen):
-    chain, blurred = seen
+    chain, strain, blurred = seen
     found = estimate_frame(chain, blurred(1.0, 3), at_rest(chain), Stopwatch(time.monotonic))
     (sign,) = (one for one in signs(chain, found) if one.name == "focus")
     assert (sign.says, sign.warns) == ("1.0 px softer", True)
     assert not found.whole_and_clear  # and teaches nothing of the bench
+    assert with_strain(strain, found, Stopwatch(time.monotonic)).from_strain is None
     sharp = estimate_frame(chain, blurred(0.0, 3), at_rest(chain), Stopwatch(time.monotonic))
     (sign,) = (one for one in signs(chain, sharp) if one.name == "focus")
     assert (sign.says, sign.warns) == ("as at rest", False)
     assert sharp.whole_and_clear
+    assert with_strain(strain, sharp, Stopwatch(time.monotonic)).from_strain is not None
