@@ -192,7 +192,11 @@ from .forward.linear import (
     Forward as Forward,
     LinearForward as LinearForward,
 )
-from .forward.occlusion import frame_noise as frame_noise, hidden_tiles as hidden_tiles
+from .forward.occlusion import (
+    TileFit as TileFit,
+    fit_tiles as fit_tiles,
+    hidden_tiles as hidden_tiles,
+)
 from .forward.rolling import (
     RollingShutter as RollingShutter,
     rolling_shutter as rolling_shutter,

@@ -7,6 +7,8 @@ pattern. So a new touch hides nothing, and a hand does at once.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.ndimage import binary_dilation
 
@@ -20,7 +22,78 @@ DIMMED = 0.5  # change of the gain against that of the image: more than the shad
 BLURRED = 0.35  # the most that a frame out of focus may leave unexplained in every tile
 SPREAD = 3.0  # of what a blur leaves of a tile, over what it leaves of the clearest quarter
 VISIBLE = 0.75  # quantile of the gain that is that of the image: flat things have a lower one
+FLAT = 0.1  # of the usual texture, below which the gain of a tile is not known
 UNKNOWNS = 4  # shift in x and y, gain, offset
+
+
+@dataclass(frozen=True, eq=False)
+class TileFit:
+    """What a shift, gain and offset of its own explain of each tile of a frame.
+
+    Attributes
+    ----------
+    reference : TileReference
+    unexplained : (T,) float64
+        What they leave of Σe².
+    gain : (T,) float64
+        Contrast over that of the reference.
+    texture : (T,) float64
+        Σf² less its mean, 1 at least.
+    unsure : (T,) float64
+        Standard deviation of the gain at a noise of 1.
+    """
+
+    reference: TileReference
+    unexplained: F64
+    gain: F64
+    texture: F64
+    unsure: F64
+
+    @property
+    def contrast(self) -> F64:
+        """Gain (T,) of tiles that show enough to know it; 1 of flat ones."""
+        flat = self.texture < FLAT * np.median(self.texture)
+        return np.where(flat, 1.0, self.gain)
+
+    @property
+    def freedom(self) -> float:
+        """Pixels of a tile less what is fitted to them."""
+        return float(self.reference.tiles.size**2 - UNKNOWNS)
+
+    def hidden(self, noise: float) -> Mask:
+        """Find the tiles (T,) that show something else, see `hidden_tiles`."""
+        freedom, texture = self.freedom, self.texture
+        blur = _blur(self.unexplained - noise**2 * freedom, texture)
+        rough = max(ROUGH, self.reference.roughness, blur)
+        allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + rough**2 * texture
+        # Where a tile shows little, a shift and a gain look alike, and neither is known.
+        usual = np.quantile(self.gain, VISIBLE)
+        dimmed = np.abs(self.gain - usual) > DIMMED + LIMIT * noise * self.unsure
+        grid = ((self.unexplained > allowed) | dimmed).reshape(self.reference.tiles.shape)
+        return np.asarray(binary_dilation(grid), dtype=np.bool_).ravel()
+
+    def noise(self, visible: Mask) -> float:
+        """Noise of a pixel of the frame less the reference, grey levels, without motion and light.
+
+        That of the median of the visible tiles (T,), which a new touch hardly moves; 0 of none.
+        """
+        usual = float(np.median(self.unexplained[visible])) if visible.any() else 0.0
+        return float(np.sqrt(max(usual, 0.0) / self.freedom))
+
+
+def fit_tiles(reference: TileReference, sums: TileSums) -> TileFit:
+    """Fit shift, gain and offset of each tile.
+
+    Parameters
+    ----------
+    reference : TileReference
+    sums : TileSums
+        Of the frame, at a flow that comes within a few tenths of a pixel of the motion: an image
+        that moved further looks strange everywhere.
+    """
+    pixels = float(reference.tiles.size**2)
+    shown = sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef
+    return TileFit(reference, *_local(*shown, pixels))
 
 
 def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask:
@@ -33,8 +106,7 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask
     ----------
     reference : TileReference
     sums : TileSums
-        Of the frame, at a flow that comes within a few tenths of a pixel of the motion: an image
-        that moved further looks strange everywhere.
+        As for `fit_tiles`.
     noise : float, grey levels
         Standard deviation of a pixel of the frame less the reference.
 
@@ -42,41 +114,7 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask
     -------
     (T,) bool
     """
-    pixels = float(reference.tiles.size**2)
-    unexplained, gain, texture, unsure = _local(
-        sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef, pixels
-    )
-    freedom = pixels - UNKNOWNS
-    rough = max(ROUGH, reference.roughness, _blur(unexplained - noise**2 * freedom, texture))
-    allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + rough**2 * texture
-    # Where a tile shows little, a shift and a gain look alike, and neither is known.
-    usual = np.quantile(gain, VISIBLE)
-    dimmed = np.abs(gain - usual) > DIMMED + LIMIT * noise * unsure
-    grid = ((unexplained > allowed) | dimmed).reshape(reference.tiles.shape)
-    return np.asarray(binary_dilation(grid), dtype=np.bool_).ravel()
-
-
-def frame_noise(reference: TileReference, sums: TileSums, visible: Mask) -> float:
-    """Noise of a pixel of a frame less the reference, grey levels, without motion and light.
-
-    That of the median tile, which a new touch hardly moves; 0 where no tile is visible.
-
-    Parameters
-    ----------
-    reference : TileReference
-    sums : TileSums
-        As for `hidden_tiles`.
-    visible : (T,) bool
-        Tiles that count.
-    """
-    if not visible.any():
-        return 0.0
-    pixels = float(reference.tiles.size**2)
-    unexplained, *_ = _local(
-        sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef, pixels
-    )
-    usual = float(np.median(unexplained[visible]))
-    return float(np.sqrt(max(usual, 0.0) / (pixels - UNKNOWNS)))
+    return fit_tiles(reference, sums).hidden(noise)
 
 
 def _blur(excess: F64, texture: F64) -> float:
@@ -93,18 +131,7 @@ def _blur(excess: F64, texture: F64) -> float:
 def _local(
     hessian: F64, light: F64, gradient: F64, e: F64, ee: F64, ef: F64, pixels: float
 ) -> tuple[F64, F64, F64, F64]:
-    """Fit shift and gain of each tile, the offset eliminated.
-
-    Returns
-    -------
-    unexplained : (T,) float64
-        What they leave of Σe².
-    gain : (T,) float64
-    texture : (T,) float64
-        Σf² less its mean, 1 at least.
-    unsure : (T,) float64
-        Standard deviation of the gain at a noise of 1.
-    """
+    """Fit shift and gain of each tile, the offset eliminated; what `TileFit` has."""
     count = len(e)
     normal, right = np.empty((count, 3, 3)), np.empty((count, 3))
     mean, floor = np.empty(3), np.zeros(3)
@@ -134,6 +161,6 @@ def _local(
         found = (aa * x + ab * y + ac * z, ab * x + bb * y + bc * z, ac * x + bc * y + cc * z)
         explained = (found[0] * x + found[1] * y + found[2] * z) / determinant
         unexplained[t] = ee[t] - e[t] ** 2 / pixels - explained
-        gain[t], texture[t] = found[2] / determinant, max(h, 1.0)
+        gain[t], texture[t] = 1.0 + found[2] / determinant, max(h, 1.0)
         unsure[t] = np.sqrt(max(cc / determinant, 0.0))
     return unexplained, gain, texture, unsure

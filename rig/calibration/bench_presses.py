@@ -329,7 +329,7 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     whitening = np.ascontiguousarray(pattern.factor.T) / chain.noise
     moved = pattern.uncorrected(seen.motion)
-    errors = chain.motion_errors(seen.motion, seen.hidden, seen.faint)
+    errors = chain.motion_errors(seen.motion, seen.hidden, seen.pixel_variance(chain.noise))
     sigma = np.sqrt(np.diag(estimate.touch_covariance(0)))
     evident = estimator.fit_whitened(white).count > 0
     return ShownPress(touch, sigma, white, whitening, moved, errors, evident, seen.hidden)

@@ -17,7 +17,7 @@ from dic import (
     prepare_tiles,
     tile_prefilter,
 )
-from models import OF_PIXELS, Estimator, ImageMotions, MotionErrors, TilePattern, prepare_pattern
+from models import Estimator, ImageMotions, MotionErrors, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
 from rig.live.focus import BlurTrace, blur_traces
 from rig.live.illumination import without_gain_offset
@@ -76,27 +76,28 @@ class Chain:
         return self.masked_models.pattern
 
     def motion_errors(
-        self, motion: F64, hidden: Mask, faint: float, level: float = 1.0
+        self, motion: F64, hidden: Mask, pixel_variance: float, level: float = 1.0
     ) -> MotionErrors:
         """Say what a frame of this motion (K + R,) errs by, the hidden tiles (T,) aside.
 
-        By the noise of any motion, or that of a `level` of it; for `faint` see `Registered`. A gain
-        is that of presses as well, and Young's modulus of an inferred bench has it.
+        By the noise of any motion, or that of a `level` of it; for the variance by pixels see
+        `Registered`. A gain is that of presses as well, and Young's modulus of an inferred bench
+        has it.
         """
-        pixels = self._pixels * faint / level**2
+        pixels = self._pixels * pixel_variance / level**2
         if not self.aliases:
-            return OF_PIXELS if pixels == 1.0 else MotionErrors(pixels)
+            return MotionErrors(pixels)
         flow = self._flow(motion, hidden)
         gain = 0.0 if self.estimator.bench else self.reference.gain_error * gain_left(flow)
         aliased = (1.0 - self._pixels) * aliasing_left(flow)
         return MotionErrors(pixels, aliased / level**2, gain)
 
-    def level(self, motion: F64, hidden: Mask, faint: float) -> float:
+    def level(self, motion: F64, hidden: Mask, pixel_variance: float) -> float:
         """Noise by which a frame of this motion (K + R,) is searched, over that of any motion.
 
         Its own, up to the next of few levels, each of which has an estimator.
         """
-        own = self._pixels * faint
+        own = self._pixels * pixel_variance
         if self.aliases:
             own += (1.0 - self._pixels) * aliasing_left(self._flow(motion, hidden))
         return LEVELS ** floor(0.5 * log(own, LEVELS) + 1e-9)

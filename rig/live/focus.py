@@ -9,12 +9,13 @@ than of contrast.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import copysign, sqrt
 
 import cv2
 import numpy as np
 
 from dic import TileBlocks, TileReference, TileSums, tile_sums
+from models import TileFit, fit_tiles
 from rig.live.illumination import sums_without_gain_offset
 from rig.system.arrays import F64, AnyArray, Mask
 
@@ -38,25 +39,39 @@ class BlurTrace:
         By which the sums of a frame say how much of it there is.
     slopes : float
         What it leaves of slopes, over what it leaves of contrast.
+    unexplained : float, grey levels
+        What a shift, gain and offset of each tile do not explain of it, for a pixel.
     """
 
     width: float
     sums: F64
     weights: F64
     slopes: float
+    unexplained: float
 
 
 @dataclass(frozen=True, eq=False)
 class FoundBlur:
-    """A blur of a frame: so much of the trace that it resembles."""
+    """A blur of a frame.
+
+    Attributes
+    ----------
+    trace : BlurTrace
+        That it resembles.
+    amount : float
+        So much of it, 0 where it may be noise alone.
+    unexplained : float, grey levels
+        What it adds to the noise of a pixel.
+    """
 
     trace: BlurTrace
     amount: float
+    unexplained: float = 0.0
 
     @property
     def width(self) -> float:
         """Its standard deviation, px; negative where the frame is sharper than the reference."""
-        return self.trace.width * sqrt(abs(self.amount)) * (1 if self.amount > 0 else -1)
+        return copysign(self.trace.width * sqrt(abs(self.amount)), self.amount)
 
     @property
     def slopes_left(self) -> float:
@@ -82,28 +97,37 @@ def blur_traces(blocks: TileBlocks, reference: TileReference, weight: F64) -> tu
         Of `tile_weights`.
     """
     image, usual = blocks.reference.image, np.maximum(reference.hessian[:, [0, 2]], 1.0)
-    _, sharp = _sums(blocks, image, weight)
+    sharp = _slopes(blocks, image, weight)
 
     def trace(width: float) -> BlurTrace:
-        rest, slopes = _sums(blocks, cv2.GaussianBlur(image, (0, 0), width), weight)
-        return BlurTrace(width, rest, rest / usual, slopes / sharp)
+        blurred = cv2.GaussianBlur(image, (0, 0), width)
+        rest, fit = _without_light(blocks, blurred, weight, 0.0)
+        slopes = _slopes(blocks, blurred, weight) / sharp
+        return BlurTrace(width, rest, rest / usual, slopes, fit.noise(np.ones(len(rest), bool)))
 
     return tuple(map(trace, WIDTHS))
 
 
-def _sums(blocks: TileBlocks, image: AnyArray, weight: F64) -> tuple[F64, float]:
-    """Return what an image says without light, (T, 2), and how much more where it is moved."""
-    count = len(blocks.reference.hessian)
-    flows = (np.full((count, 2), far) for far in (0.0, SMALL))
-    each = (tile_sums(blocks.reference, image, flow) for flow in flows)
-    rest, moved = (sums_without_gain_offset(blocks, one, weight).gradient for one in each)
-    return rest, float(np.sum(moved - rest))
+def _slopes(blocks: TileBlocks, image: AnyArray, weight: F64) -> float:
+    """Say how much more an image tells without light where it is moved a little."""
+    rest, moved = (_without_light(blocks, image, weight, far)[0] for far in (0.0, SMALL))
+    return float(np.sum(moved - rest))
+
+
+def _without_light(
+    blocks: TileBlocks, image: AnyArray, weight: F64, shift: float
+) -> tuple[F64, TileFit]:
+    """Return what an image says of the reference moved by a shift, (T, 2), without light."""
+    flow = np.full((len(blocks.reference.hessian), 2), shift)
+    sums = tile_sums(blocks.reference, image, flow)
+    fit = fit_tiles(blocks.reference, sums)
+    return sums_without_gain_offset(blocks, sums, weight, fit.contrast).gradient, fit
 
 
 def find_blur(
     traces: tuple[BlurTrace, ...], sums: TileSums, visible: Mask, noise: float
-) -> FoundBlur | None:
-    """Find the blur of a frame, by least squares; None where it may be noise alone.
+) -> FoundBlur:
+    """Find the blur of a frame, by least squares.
 
     Parameters
     ----------
@@ -115,10 +139,17 @@ def find_blur(
     noise : float, grey levels
         Of a frame less the reference.
     """
-    best, explained = None, SURE**2 * noise**2
+    best, explained = FoundBlur(traces[0], 0.0), SURE**2 * noise**2
     for trace in traces:
         weights = trace.weights * visible[:, None]
         known, found = float(np.vdot(weights, trace.sums)), float(np.vdot(weights, sums.gradient))
         if found**2 > explained * known:
             best, explained = FoundBlur(trace, found / known), found**2 / known
-    return best
+    return replace(best, unexplained=_unexplained(traces, best.width))
+
+
+def _unexplained(traces: tuple[BlurTrace, ...], width: float) -> float:
+    """Return what a blur adds to the noise of a pixel, grey levels, between those of the traces."""
+    widths = [0.0, *(trace.width for trace in traces)]
+    added = [0.0, *(trace.unexplained for trace in traces)]
+    return sqrt(float(np.interp(width**2, np.square(widths), np.square(added))))

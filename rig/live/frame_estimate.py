@@ -20,7 +20,7 @@ from rig.system.timing import Stopwatch
 
 GUESSES = 3  # at most so often a frame is moved as the touches that were found would move it
 STRANGE = 0.2  # of the tiles: where more look strange, the camera may have jumped
-TOO_FAINT = 1.5  # of the variance by pixels: beyond it nothing is learned, or found in strain
+TOO_NOISY = 1.5  # of the variance by pixels: beyond it nothing is learned, or found in strain
 NO_ESTIMATE = Estimate(
     np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH
 )
@@ -48,7 +48,7 @@ class FrameEstimate:
     strain : (T, 3) float64, or None where the scene wants none
     from_strain : Estimate or None
         None where a part of the strain map is lost in this frame, by a hand for instance, or the
-        frame is too faint.
+        frame is too noisy.
     from_pattern : Estimate or None
         Of the whole pattern, where a net estimates the touches.
     measured : (m,) float64 or None
@@ -58,8 +58,10 @@ class FrameEstimate:
         Why the touch net proposed nothing and touches were searched for; empty where it did.
     level : float
         Noise by which touches were searched, over that of `measured`, see `Chain.level`.
-    faint, blur : float
-        See `Registered`.
+    pixel_variance : float
+        See `Registered.pixel_variance`.
+    blur : float, px
+        Of the frame since the reference, see `FoundBlur.width`.
     """
 
     estimate: Estimate
@@ -74,13 +76,13 @@ class FrameEstimate:
     measured: F64 | None = None
     start_reason: str = ""
     level: float = 1.0
-    faint: float = 1.0
+    pixel_variance: float = 1.0
     blur: float = 0.0
 
     @property
     def whole_and_clear(self) -> bool:
-        """Whether hardly anything of the pattern is hidden, dimmed or blurred."""
-        return self.hidden_fraction <= SLIGHT and self.faint <= TOO_FAINT
+        """Whether hardly anything of the pattern is hidden, and noise is about the usual."""
+        return self.hidden_fraction <= SLIGHT and self.pixel_variance <= TOO_NOISY
 
 
 def estimate_frame(
@@ -178,7 +180,7 @@ def _at_equilibrium(
 ) -> FrameEstimate:
     """Find the touches that explain a frame of a plate that follows them at once."""
     with watch.stage("estimate"):
-        level = chain.level(seen.motion, seen.hidden, seen.faint)
+        level = chain.level(seen.motion, seen.hidden, seen.pixel_variance(chain.noise))
         pattern, estimator = chain.masked_models.for_frame(seen.hidden, level)
         rest = state.rest
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
@@ -203,8 +205,8 @@ def _at_equilibrium(
         measured=measured,
         start_reason=why,
         level=level,
-        faint=seen.faint,
-        blur=seen.blur,
+        pixel_variance=seen.pixel_variance(chain.noise),
+        blur=seen.blur_width,
     )
 
 
@@ -244,6 +246,6 @@ def _in_time(
         after,
         measured=found.measured,
         start_reason=why,
-        faint=seen.faint,
-        blur=seen.blur,
+        pixel_variance=seen.pixel_variance(chain.noise),
+        blur=seen.blur_width,
     )

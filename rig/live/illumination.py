@@ -17,9 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from dic import TileBlocks, TileReference, TileSums, tile_gradient
-from rig.system.arrays import F64, Mask
+from rig.system.arrays import F64
 
-FLAT = 0.1  # of the usual texture, below which the gain of a tile is not known
 DIM = 0.5  # of the contrast of the reference: what comes of less is left to the next pass
 DARKEST = 0.05  # of the visible tiles; fewer say nothing against the others
 
@@ -41,38 +40,51 @@ def without_gain_offset(blocks: TileBlocks, weight: F64) -> TileReference:
     return replace(reference, hessian=hessian, light=light, bias=np.zeros(2))
 
 
-def sums_without_gain_offset(blocks: TileBlocks, sums: TileSums, weight: F64) -> TileSums:
-    """Take light and interpolation out of the sums of a frame, for such a reference."""
-    scale = weight / np.maximum(tile_gains(blocks.reference, sums), DIM)
+def sums_without_gain_offset(
+    blocks: TileBlocks, sums: TileSums, weight: F64, contrast: F64
+) -> TileSums:
+    """Take light and interpolation out of the sums of a frame, for such a reference.
+
+    Parameters
+    ----------
+    blocks : TileBlocks
+        Of one tile each.
+    sums : TileSums
+    weight : (T,) float64
+        Of `tile_weights`.
+    contrast : (T,) float64
+        Of its tiles over that of the reference, of `models.fit_tiles`.
+    """
+    scale = weight / np.maximum(contrast, DIM)
     return replace(sums, gradient=-tile_gradient(blocks, sums) * scale[:, None])
 
 
-def contrast_loss(reference: TileReference, sums: TileSums, visible: Mask) -> float:
-    """Return what one iteration misses of a motion, over what it finds.
+def contrast_loss(contrast: F64) -> float:
+    """Return what one iteration misses of a motion, over what it finds, in the darkest tiles.
 
-    In the darkest of the visible tiles (T,).
+    Parameters
+    ----------
+    contrast : (V,) float64
+        Of the visible tiles over that of the reference.
     """
-    gains = tile_gains(reference, sums)[visible]
-    darkest = float(np.quantile(gains, DARKEST)) if gains.size else DIM
+    darkest = float(np.quantile(contrast, DARKEST)) if contrast.size else DIM
     return max(DIM / max(darkest, 0.1 * DIM) - 1.0, 0.0)
 
 
-def shaded(reference: TileReference, sums: TileSums, visible: Mask) -> float:
-    """Variance that pixels make of the motion of visible tiles (T,), over that of the reference.
+def variance_by_contrast(contrast: F64) -> float:
+    """Variance that pixels make of a motion, over that at the contrast of the reference.
 
     Noise of the pixels stays where the pattern becomes fainter. A brighter one is not taken to be
-    clearer: its light has more noise.
+    clearer: its light has more noise. Least squares weigh all tiles alike, as
+    `sums_without_gain_offset` scales them.
+
+    Parameters
+    ----------
+    contrast : (V,) float64
+        Of the visible tiles over that of the reference.
     """
-    gains = np.clip(tile_gains(reference, sums)[visible], DIM, 1.0)
-    return float(np.mean(gains**-2.0)) if gains.size else 1.0
-
-
-def tile_gains(reference: TileReference, sums: TileSums) -> F64:
-    """Contrast of each tile over that of the reference, (T,), by least squares; 1 of flat ones."""
-    pixels = reference.tiles.size**2
-    ff, f = sums.light[:, 4:].T
-    texture = ff - f**2 / pixels
-    clear = texture > FLAT * np.median(texture)
-    gains = np.ones(len(texture))
-    gains[clear] += (sums.ef - f * sums.e / pixels)[clear] / texture[clear]
-    return gains
+    if not contrast.size:
+        return 1.0
+    seen = np.clip(contrast, 0.0, 1.0)
+    scale = 1.0 / np.maximum(seen, DIM)
+    return float(np.mean(scale**2) / np.mean(seen * scale) ** 2)

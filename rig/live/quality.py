@@ -13,7 +13,7 @@ from rig.live.visibility import SLIGHT, contrast
 
 NOISY = 1.3  # times the noise of the reference
 DIM, BRIGHT = 0.7, 1.3  # times the light of the reference
-SOFT = 0.4  # px of blur, by which a seventh of the slopes of a fine pattern is lost
+SOFT = 0.4  # px of blur, from which on a frame says so
 BUMPED = 1.0  # px; a camera on a firm stand creeps by tenths
 COARSE = 5.0  # mm, half a fingertip
 
@@ -64,7 +64,7 @@ def _pattern(chain: Chain) -> Sign:
 def _focus(blur: float) -> Sign:
     if abs(blur) < SOFT:
         return Sign("focus", "as at rest", False)
-    return Sign("focus", f"{abs(blur):.1f} px {'softer' if blur > 0 else 'sharper'}", True)
+    return Sign("focus", f"{'blurred' if blur > 0 else 'sharper'} by {abs(blur):.1f} px", True)
 
 
 def _light(light: float) -> Sign:

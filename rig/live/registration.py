@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import sqrt
 
 import numpy as np
 
 from dic import TileSums, tile_sums
-from models import TilePattern, frame_noise, hidden_tiles
+from models import TilePattern, fit_tiles
 from rig.live.chain import Chain
-from rig.live.focus import find_blur
-from rig.live.illumination import contrast_loss, shaded, sums_without_gain_offset
+from rig.live.focus import FoundBlur, find_blur
+from rig.live.illumination import (
+    contrast_loss,
+    sums_without_gain_offset,
+    variance_by_contrast,
+)
 from rig.live.visibility import coarse_shift, tile_shift, unusable_reason
 from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
@@ -19,7 +24,8 @@ MAX_OFF = 0.1  # px: a reference that was moved wrongly by more is moved again w
 MISSED = (
     0.003  # px that an iteration may miss in the shade: the trace of 0.05 N that are there no more
 )
-FAINT = 1.05  # of the variance by pixels, below which a frame is as clear as the reference
+UNLIKE = 1.05  # of the variance by pixels, below which a frame counts as one like the reference
+MARGIN = 1.1  # of what a blur leaves unexplained, which is known to some percent
 MAX_ITERATIONS = 12  # at most so often; two are usual, a press on a free edge takes eight
 
 
@@ -44,13 +50,12 @@ class Registered:
         Amplitudes that the frame shows, whatever moved it.
     off : float, px
         By which the last pass moved the reference on at most; 0 where the frame says nothing.
-    faint : float
-        Variance that pixels make of the motion, over that of a frame as clear and quiet as the
-        reference, as most are: 1.
-    blur : float, px
-        Of the frame since the reference, standard deviation, see `FoundBlur.width`.
-    missed : float
-        Of what the last pass found, it may have missed this fraction.
+    contrast : (V,) float64
+        Of the visible tiles over that of the reference.
+    blur : FoundBlur or None
+        Of the frame since the reference; None where the frame says nothing.
+    noise : float, grey levels
+        Of a pixel of the frame less the reference, the blur aside.
     """
 
     sums: TileSums
@@ -61,9 +66,38 @@ class Registered:
     right: F64
     motion: F64
     off: float = 0.0
-    faint: float = 1.0
-    blur: float = 0.0
-    missed: float = 0.0
+    contrast: F64 = field(default_factory=lambda: np.empty(0))
+    blur: FoundBlur | None = None
+    noise: float = 0.0
+
+    @property
+    def slopes_left(self) -> float:
+        """What a blur leaves of slopes, over what it leaves of contrast."""
+        return self.blur.slopes_left if self.blur else 1.0
+
+    @property
+    def blur_width(self) -> float:
+        """Blur of the frame since the reference, px, see `FoundBlur.width`."""
+        return self.blur.width if self.blur else 0.0
+
+    @property
+    def missed(self) -> float:
+        """Fraction of what the last pass found that it may have missed."""
+        return max(contrast_loss(self.contrast), abs(1.0 - self.slopes_left))
+
+    def pixel_variance(self, usual: float) -> float:
+        """Variance that pixels make of the motion, over that of a frame like the reference.
+
+        Most are like it, and have 1.
+
+        Parameters
+        ----------
+        usual : float, grey levels
+            Noise of these.
+        """
+        noise = max(self.noise / usual, 1.0)
+        variance = noise**2 * variance_by_contrast(self.contrast) / self.slopes_left**2
+        return variance if variance > UNLIKE else 1.0
 
     @property
     def settled(self) -> bool:
@@ -88,7 +122,8 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         sums = tile_sums(chain.reference, image, flow, flow_gradient)
     with watch.stage("mask"):
         on_plate, pattern = chain.pattern.motions.on_plate, chain.pattern
-        hidden = hidden_tiles(chain.reference, sums, chain.pixel_noise) & on_plate
+        fit = fit_tiles(chain.reference, sums)
+        hidden = fit.hidden(chain.pixel_noise) & on_plate
         fraction = np.count_nonzero(hidden) / np.count_nonzero(on_plate)
         why = unusable_reason(chain.reference, sums, on_plate & ~hidden, fraction)
         if not why:
@@ -98,24 +133,17 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
                 why = str(error)
         if why:
             return Registered(sums, hidden, fraction, why, chain.pattern, np.empty(0), moved)
-        without_light = sums_without_gain_offset(chain.tiles, sums, chain.weight)
         visible = on_plate & ~hidden
-        blur = find_blur(chain.blurs, without_light, visible, chain.noise)
-        sharp, left, width = without_light, 1.0, 0.0
-        if blur is not None:
-            sharp, left, width = blur.taken_out(without_light), blur.slopes_left, blur.width
-        faint = shaded(chain.reference, sums, visible) / left**2
-        if blur is None:  # which leaves more unexplained than noise does
-            noisier = frame_noise(chain.reference, sums, visible) / chain.noise
-            faint *= max(noisier, 1.0) ** 2
-        faint = faint if faint > FAINT else 1.0
-        missed = max(contrast_loss(chain.reference, sums, visible), abs(1.0 - left))
-        right = pattern.gradient(sharp, moved)
+        contrast = fit.contrast
+        without_light = sums_without_gain_offset(chain.tiles, sums, chain.weight, contrast)
+        noise = fit.noise(visible)
+        blur = find_blur(chain.blurs, without_light, visible, max(noise, chain.noise))
+        right = pattern.gradient(blur.taken_out(without_light), moved)
         motion = pattern.motion(right)
         off = chain.pattern.motions.max_motion(motion - moved)
-        return Registered(
-            sums, hidden, fraction, "", pattern, right, motion, off, faint, width, missed
-        )
+        left = sqrt(max(noise**2 - MARGIN * blur.unexplained**2, 0.0))
+        seen = contrast[visible]
+        return Registered(sums, hidden, fraction, "", pattern, right, motion, off, seen, blur, left)
 
 
 def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:

@@ -49,5 +49,6 @@ def reported(chain: Chain, found: FrameEstimate) -> FrameEstimate:
     measured, left = found.measured / found.level, found.state.memory.left
     estimate = estimator.with_force_intervals(found.estimate, measured, left)
     estimate = estimator.by_relevance(estimate, measured, left)
-    errors = chain.motion_errors(found.state.motion, found.hidden, found.faint, found.level)
+    variance = found.pixel_variance
+    errors = chain.motion_errors(found.state.motion, found.hidden, variance, found.level)
     return replace(found, estimate=with_motion_errors(estimate, errors))

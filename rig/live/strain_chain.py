@@ -19,7 +19,7 @@ from models import (
 from rig.live.alignment import Alignment
 from rig.live.chain import Chain, ChainState
 from rig.live.fitted import touches_of
-from rig.live.frame_estimate import TOO_FAINT, FrameEstimate
+from rig.live.frame_estimate import TOO_NOISY, FrameEstimate
 from rig.system.arrays import F64
 from rig.system.timing import Stopwatch
 
@@ -83,10 +83,10 @@ def with_strain(
     if strain_chain is None:
         return _aligned(frame_estimate, alignment)
     strain, found = sense_strain(strain_chain, frame_estimate.sums, frame_estimate.state, watch)
-    if frame_estimate.unusable_reason or frame_estimate.faint > TOO_FAINT:
+    if frame_estimate.unusable_reason or frame_estimate.pixel_variance > TOO_NOISY:
         found = None  # what blurs a frame strains it, too
     if found is not None:
-        found = with_motion_errors(found, MotionErrors(frame_estimate.faint))
+        found = with_motion_errors(found, MotionErrors(frame_estimate.pixel_variance))
     start = np.empty((0, 3)) if found is None else touches_of(found)
     after = replace(frame_estimate.state, from_strain=start)
     whole = replace(frame_estimate, strain=strain, from_strain=found, state=after)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import models
 from dic import tile_sums
 from rig.live.chain import Chain
 from rig.live.illumination import sums_without_gain_offset
@@ -91,7 +92,8 @@ def interference(chain: Chain, light: F32, black: float, marks: tuple[Mark, ...]
         return Interference(0.0, 0.0, 0.0)
     image, pattern = chain.reference.image, chain.pattern
     sums = tile_sums(chain.reference, image + (image - black) * (light - 1.0))
-    moving = sums_without_gain_offset(chain.tiles, sums, chain.weight)
+    contrast = models.fit_tiles(chain.reference, sums).contrast
+    moving = sums_without_gain_offset(chain.tiles, sums, chain.weight, contrast)
     right = pattern.gradient(moving, pattern.still())
     seen = pattern.whiten(right, chain.noise)
     touches = np.array([(mark.x, mark.y, mark.force) for mark in marks])

@@ -41,14 +41,13 @@ def sense(bench, image, passes=3):
 @pytest.mark.parametrize("noise", [1.0, 2.0, 5.0])
 def test_the_noise_of_a_frame_is_known_without_light_motion_and_a_hand(bench, noise):
     hand, rng = synthetic.Occluder(OUTLINE, 0.1), np.random.default_rng(8)
-    shape = bench.reference.image.shape
-    image = frame(
-        bench, TOUCHES, hand, gain=0.85, shift=(0.06, 0.04)
-    ) - NOISE * np.random.default_rng(1).standard_normal(shape)
-    sums = tile_sums(bench.reference, image + rng.normal(0.0, noise, shape))
-    everywhere = np.ones(len(sums.e), dtype=bool)
-    assert models.frame_noise(bench.reference, sums, everywhere) == pytest.approx(noise, rel=0.05)
-    assert models.frame_noise(bench.reference, sums, ~everywhere) == 0.0
+    light = hand.cover(0.85 * bench.image(TOUCHES, shift=(0.06, 0.04)) / 255.0)
+    image = 255.0 * light + rng.normal(0.0, noise, light.shape)
+    fit = models.fit_tiles(bench.reference, tile_sums(bench.reference, image))
+    everywhere = np.ones(len(fit.gain), dtype=bool)
+    assert fit.noise(everywhere) == pytest.approx(noise, rel=0.05)
+    assert fit.noise(~everywhere) == 0.0
+    assert np.median(fit.contrast) == pytest.approx(0.85, abs=0.02)
 
 
 @pytest.mark.parametrize("shade", [0.1, 0.5, 0.9])

@@ -36,7 +36,7 @@ def test_noise_and_a_flickering_lamp_are_no_motion(rng):
 
 @pytest.mark.parametrize("flicker", [0.0, 0.03, 0.1])
 def test_a_lamp_that_flickers_is_no_noise(rng, flicker):
-    """Motion is read without the light of each tile; σ would be thrice too wide of 3 %."""
+    """Motion is read without the light of each tile, so that nothing errs by it."""
     scene = 60.0 + 100.0 * rng.random((64, 96))
     lamps = 1.0 + flicker * rng.standard_normal(16)
     frames = [lamp * scene + rng.normal(0.0, 2.0, scene.shape) for lamp in lamps]
