@@ -19,7 +19,7 @@ from models import TileFit, fit_tiles
 from rig.live.illumination import sums_without_gain_offset
 from rig.system.arrays import F64, AnyArray, Mask
 
-WIDTHS = (0.5, 0.8, 1.1, 1.4, 1.8)  # px, of the blurs whose traces are taken
+WIDTHS = (0.4, 0.5, 0.65, 0.8, 0.95, 1.1, 1.3, 1.5, 1.8)  # px, of the blurs whose traces are taken
 SMALL = 0.05  # px along both axes, by which the slopes that are left of a blur are weighed
 SURE = 5.0  # standard deviations of its amount, below which a frame is as sharp as the reference
 

@@ -25,7 +25,9 @@ MISSED = (
     0.003  # px that an iteration may miss in the shade: the trace of 0.05 N that are there no more
 )
 UNLIKE = 1.05  # of the variance by pixels, below which a frame counts as one like the reference
-MARGIN = 1.1  # of what a blur leaves unexplained, which is known to some percent
+MARGIN = (
+    1.3  # of what a blur leaves unexplained: that of a lens, a disc, leaves more than a normal one
+)
 MAX_ITERATIONS = 12  # at most so often; two are usual, a press on a free edge takes eight
 
 

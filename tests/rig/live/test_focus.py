@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fe
+import synthetic
 from rig.live import registration
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
@@ -63,6 +64,19 @@ def test_a_blur_moves_nothing_and_is_known_by_its_width(seen, monkeypatch, sigma
     monkeypatch.setattr(registration, "find_blur", lambda *_: none)
     _, blurred_amplitudes = compared(chain, image)
     assert np.mean(blurred_amplitudes**2) > 1.5 * np.mean(amplitudes**2)
+
+
+@pytest.mark.parametrize("radius", [1.0, 2.0])
+def test_the_disc_of_a_lens_moves_nothing_either(seen, radius):
+    chain, _, blurred = seen
+    ratios = []
+    for number in range(4):
+        clean = blurred(0.0, number, noise=0.0).astype(np.float64)
+        image = synthetic.Optics(disc=2 * radius).blur(clean, 1)
+        image += np.random.default_rng(number).normal(0.0, 2.0, image.shape)
+        found, amplitudes = compared(chain, np.clip(np.rint(image), 0, 255).astype(np.uint8))
+        ratios.append(np.mean(amplitudes**2) / found.pixel_variance(chain.noise))
+    assert 0.5 < np.mean(ratios) < 1.5
 
 
 def test_a_sharp_image_keeps_its_noise(seen):
