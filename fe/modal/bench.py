@@ -105,13 +105,19 @@ class Pressed:
         bench, products = self.bench, self.bench.modal.corrections
         if products is None:
             return None
-        whole = bench.values + bench.modal.described
-        return corrected(products, whole, bench.firmness, self.amplitudes, self.stress)
+        return corrected(products, bench.whole, bench.firmness, self.amplitudes, self.stress)
 
     @cached_property
     def drifting(self) -> tuple[F64, F64]:
         """Forms of each drift and each function, two (U, n), by w and by the shape."""
         return self.bench.drifting(self.amplitudes)
+
+    def is_of(self, bench: BenchPlate) -> bool:
+        """Whether it is a state of a bench, or of another with the same numbers."""
+        own = self.bench
+        return own is bench or (
+            own.modal is bench.modal and np.array_equal(own.values, bench.values)
+        )
 
     def jacobian(self) -> F64:
         """Compute derivatives of `values` by x1, y1, F1, x2, …: (n + D + U, 3T)."""
@@ -171,7 +177,8 @@ class BenchPlate:
     ----------
     modal : ModalPlate
     values : (41,) float64
-        See `fe.modal.parameters`: how it differs from its description.
+        See `fe.modal.parameters`: how it differs from its description. Derivatives by compliances
+        are those of edges that give, also where an end would push.
     """
 
     modal: ModalPlate
@@ -180,12 +187,12 @@ class BenchPlate:
     @cached_property
     def slipping(self) -> F64:
         """Drifts by stresses, (U, M)."""
-        return np.tensordot(self._whole(MEMBRANE), self.modal.slipping, 1)
+        return np.tensordot(self.whole[MEMBRANE], self.modal.slipping, 1)
 
     @cached_property
     def stiffness(self) -> F64:
         """Stiffness of the functions at rest, (n, n)."""
-        return self._bending + np.tensordot(self._whole(TENSION), self.modal.tense, 1)
+        return self._bending + np.tensordot(self.whole[TENSION], self.modal.tense, 1)
 
     @cached_property
     def _bending(self) -> F64:
@@ -196,17 +203,17 @@ class BenchPlate:
     @cached_property
     def _giving(self) -> F64:
         """Turns by moments, (J, J)."""
-        return np.tensordot(self._whole(ROTATION), self.modal.turning, 1)
+        return np.tensordot(self.whole[ROTATION], self.modal.turning, 1)
 
     @cached_property
     def _shaped(self) -> F64:
         """Products of the stresses and drifts with the shape at rest, (M + U, n)."""
-        return np.tensordot(self._whole(SHAPE), self.modal.shaped, 1)
+        return np.tensordot(self.whole[SHAPE], self.modal.shaped, 1)
 
     @cached_property
     def stretch_compliance(self) -> F64:
         """Complementary energy of the stresses, (M, M)."""
-        return self._stretching + np.tensordot(self._whole(MEMBRANE), self.modal.giving, 1)
+        return self._stretching + np.tensordot(self.whole[MEMBRANE], self.modal.giving, 1)
 
     @cached_property
     def _stretching(self) -> F64:
@@ -229,9 +236,19 @@ class BenchPlate:
         """Stresses by what stretches, (M, M)."""
         return np.asarray(np.linalg.inv(self.stretch_compliance), dtype=np.float64)
 
-    def _whole(self, kind: slice) -> F64:
-        """Numbers of a kind, those of the description included."""
-        return self.values[kind] + self.modal.described[kind]
+    @cached_property
+    def whole(self) -> F64:
+        """All numbers, those of the description included, (41,).
+
+        Edges give and never push: the compliance of an end that would push is none. Where it is
+        below 0, stresses in the plane soon have a state that grows by itself.
+        """
+        whole = self.values + self.modal.described
+        for kind in (ROTATION, MEMBRANE):
+            mean, slope = whole[kind].reshape(-1, 2).T
+            ends = np.maximum([mean + slope, mean - slope], 0.0)
+            whole[kind] = np.column_stack([ends[0] + ends[1], ends[0] - ends[1]]).ravel() / 2.0
+        return whole
 
     def at(self, touches: F64, p: int = 0, q: int = 0) -> F64:
         """Compute derivatives of the functions where touches press, (T, n)."""
@@ -304,12 +321,14 @@ class BenchPlate:
         factor = float(real[np.argmin(np.abs(real - 0.5))]) if len(real) else 1.0
         return factor * amplitudes, None
 
-    def _moved_on(self, start: Pressed, loads: F64) -> tuple[F64, Tangent | None]:
-        """State under loads (n,) by the derivatives of one near by; itself where benches differ."""
-        if start.bench is not self:
-            return start.amplitudes, None
+    def _moved_on(self, start: Pressed, loads: F64) -> tuple[F64, Tangent]:
+        """State under loads (n,) by the derivatives of one near by, on this bench or another."""
         change = self.released(loads - self.loads(start.touches))
-        return start.amplitudes + start.tangent.solve(change), start.tangent
+        amplitudes = start.amplitudes + start.tangent.solve(change)
+        if not start.is_of(self):
+            by_parameters = start.by_parameters()[: len(amplitudes)]
+            amplitudes += by_parameters @ (self.values - start.bench.values)
+        return amplitudes, start.tangent
 
     @cached_property
     def _at_rest(self) -> Tangent:

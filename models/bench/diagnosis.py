@@ -30,6 +30,7 @@ from models.bench.joint import (
     stand,
     start,
     through,
+    views,
     weighed,
 )
 from models.bench.press import Press
@@ -207,7 +208,7 @@ def _fitted(problem: JointProblem, on: BenchForward, state: State | None = None)
     terms = list[Term]()
     for discrepancy in (COARSE, problem.prior.discrepancy):
         here = on.moved(state.values)
-        problem = weighed(problem, here, state, discrepancy)
+        problem = weighed(problem, views(here, problem, terms), state, discrepancy)
         state, terms, _ = descend(problem, on, state, terms)
     beside = deviation(state.values, problem.prior, problem.free)[0]
     chi2 = sum(term.chi2 for term in terms) + float(beside @ beside)

@@ -31,7 +31,7 @@ from models.bench.joint import (
     solve_lower,
     stand,
     start,
-    through,
+    views,
     weighed,
     whiten_all,
     without_uneven,
@@ -112,18 +112,20 @@ def identify(
     state = start(problem)
     bench, terms = replace(priors, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
+    seen = views(on, problem)
     problem = without_uneven(problem, presses, on)
     causes = causes_among(problem.free, priors.measured) if priors.is_prior and whole else []
     for turn in range(_LIMIT):
         before = state.values
-        problem = weighed(problem, on, state, bench.discrepancy)
+        problem = weighed(problem, seen, state, bench.discrepancy)
         state, terms, converged = descend(problem, on, state, terms)
         bench = replace(bench, converged=converged)
         still = camera_moved(problem, before, state.values) < _MOVED
         on = stand(on, state.values, look, near=on.fields.seen if still else None)
         problem = without_uneven(problem, presses, on)
-        bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
-        bench = replace(bench, memory=_memory(problem, on, state, bench.discrepancy))
+        seen = views(on, problem, terms)
+        bench = replace(bench, discrepancy=_discrepancy(problem, seen, state))
+        bench = replace(bench, memory=_memory(problem, seen, state, bench.discrepancy))
         problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
@@ -161,35 +163,38 @@ def _settled(problem: JointProblem, scales: F64) -> bool:
     return bool(np.abs(np.log(scales / taken)).max() < _RESCALED)
 
 
-def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float:
+def _discrepancy(problem: JointProblem, seen: Sequence[BenchForward], state: State) -> float:
     """Error of the model, as a fraction, under which the residuals are likeliest.
 
     Each press by itself: the noise of the reference that was found fits the residuals too well.
     """
     likelihood = np.zeros(len(_DISCREPANCIES))
-    given = zip(problem.presses, state.touches, scatters(problem.apart, on, state), strict=True)
-    for press, touch, scatter in given:
-        residual = press.measured - through(on, press).read(touch[None])[0]
+    found = scatters(problem.apart, seen, state)
+    for press, on, touch, scatter in zip(problem.presses, seen, state.touches, found, strict=True):
+        residual = press.measured - on.read(touch[None])[0]
         likelihood += [scatter.likelihood(residual, float(size)) for size in _DISCREPANCIES]
     return float(_DISCREPANCIES[np.argmax(likelihood)])
 
 
-def _memory(problem: JointProblem, on: BenchForward, state: State, discrepancy: float) -> float:
+def _memory(
+    problem: JointProblem, seen: Sequence[BenchForward], state: State, discrepancy: float
+) -> float:
     """Fraction of a touch that presses show of the one before, its standard deviation.
 
     A step of expectation maximisation; what of it looks like the press itself says nothing.
     """
     squares, usual = [_USUAL * problem.prior.memory**2], problem.memory**2
-    given = list(zip(problem.presses, state.touches, scatters(problem, on, state), strict=True))
-    for press, touch, scatter in given[1:]:
-        predicted, own = through(on, press).read(touch[None])
+    found = scatters(problem, seen, state)
+    given = list(zip(problem.presses, seen, state.touches, found, strict=True))
+    for press, on, touch, scatter in given[1:]:
+        predicted, own = on.read(touch[None])
         tangent = np.linalg.qr(own.T)[0]
         left = scatter.left - tangent @ (tangent.T @ scatter.left)
         precision = float(left @ left) / scatter.even(discrepancy)
         rest = press.measured - predicted - of_reference(problem, press) @ state.noise
-        seen = float(left @ rest) / scatter.even(discrepancy)
+        shown = float(left @ rest) / scatter.even(discrepancy)
         variance = usual / (1.0 + usual * precision)
-        squares.append((variance * seen) ** 2 + variance)
+        squares.append((variance * shown) ** 2 + variance)
     return float(np.sqrt(sum(squares) / (_USUAL + len(given) - 1)))
 
 
@@ -239,7 +244,7 @@ def _without_limits(solved: _Solved, normal: F64) -> F64:
 def _described(solved: _Solved, normal: F64) -> BenchEstimate:
     problem, on, bench, state, terms, causes = solved
     numbers = len(problem.scales)
-    slope = _shared_slope(problem, on, state, bench.discrepancy)
+    slope = _shared_slope(problem, views(on, problem, terms), state, bench.discrepancy)
     spread = widened(normal, slope)[:numbers, :numbers]
     index = np.flatnonzero(problem.free)
     values, covariance = state.values.copy(), problem.prior.covariance.copy()
@@ -309,7 +314,9 @@ def widened(normal: F64, slope: F64) -> F64:
     return np.asarray(spread, dtype=np.float64)
 
 
-def _shared_slope(problem: JointProblem, on: BenchForward, state: State, discrepancy: float) -> F64:
+def _shared_slope(
+    problem: JointProblem, seen: Sequence[BenchForward], state: State, discrepancy: float
+) -> F64:
     """Covariance (P + R, P + R) that an error of the model shared by all presses gives the slope.
 
     What a model leaves out it leaves out of every press: such an error does not average as noise
@@ -319,15 +326,14 @@ def _shared_slope(problem: JointProblem, on: BenchForward, state: State, discrep
     many times its noise.
     """
     size = len(problem.scales) + problem.noises
-    shared_by_all = np.zeros((size, len(on.whitening)))
+    shared_by_all = np.zeros((size, len(seen[0].whitening)))
     of_each = np.zeros((size, size))
     sigmas = problem.labels.sigmas
-    given = zip(problem.factors, problem.presses, state.touches, sigmas, strict=True)
-    for factor, press, touch, sigma in given:
-        seen = through(on, press)
-        _, own, shared = whiten_all(problem, seen, factor, press, touch)
+    given = zip(problem.factors, problem.presses, seen, state.touches, sigmas, strict=True)
+    for factor, press, on, touch, sigma in given:
+        _, own, shared = whiten_all(problem, on, factor, press, touch)
         along = np.linalg.solve(own.T @ own + np.diag(sigma**-2.0), own.T @ shared)
-        error = np.sqrt(own_error(seen.read(touch[None])[0]))
+        error = np.sqrt(own_error(on.read(touch[None])[0]))
         slope = error * (shared - own @ along).T @ solve_lower(factor, np.eye(len(factor)))
         shared_by_all += slope
         of_each += slope @ slope.T

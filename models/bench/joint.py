@@ -14,14 +14,14 @@ from math import log
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag, cho_factor, cho_solve, solve_triangular
+from scipy.linalg import block_diag, solve_triangular
 
 import fe
 from models.arrays import F64, AnyArray, Mask
 from models.bench.bench import NAMES, BenchEstimate
 from models.bench.deviation import deviation
 from models.bench.labels import LabelErrors
-from models.bench.limits import pushing
+from models.bench.limits import HARD, ends, held, pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.bench.relevance import Information
@@ -31,6 +31,7 @@ from models.forward.camera_change import Look, Seen
 _STEPS = 12
 _SETTLED = 0.02  # fall of χ² below which a descent has ended
 _DAMPING = 1e-3  # to begin with, in parts of the diagonal
+_FREE = np.empty((0, len(NAMES))), np.empty(0)  # no edge is held
 _PLATE = len(fe.BENCH_PARAMETERS)
 
 
@@ -194,24 +195,37 @@ class Scatter(NamedTuple):
         return -0.5 * (chi2 + log(along) + (len(left) - 1) * log(even))
 
 
+def views(
+    on: BenchForward, problem: JointProblem, terms: Sequence[Term] = ()
+) -> list[BenchForward]:
+    """Forward model of each press, by what it showed; each keeps its own state.
+
+    States begin at those of `terms`, where a descent has ended near by.
+    """
+    starts = [on.near(term.state) for term in terms] or [on.apart() for _ in problem.presses]
+    return [through(one, press) for one, press in zip(starts, problem.presses, strict=True)]
+
+
 def weighed(
-    problem: JointProblem, on: BenchForward, state: State, discrepancy: float
+    problem: JointProblem, seen: Sequence[BenchForward], state: State, discrepancy: float
 ) -> JointProblem:
-    """Weigh the presses by their scatter about a state, for an error of the model."""
-    factors = [each.factor(discrepancy) for each in scatters(problem, on, state)]
+    """Weigh the presses by their scatter about a state, for an error of the model.
+
+    Each is seen by its forward model, see `views`.
+    """
+    factors = [each.factor(discrepancy) for each in scatters(problem, seen, state)]
     return replace(problem, factors=factors, discrepancy=discrepancy)
 
 
-def scatters(problem: JointProblem, on: BenchForward, state: State) -> list[Scatter]:
+def scatters(problem: JointProblem, seen: Sequence[BenchForward], state: State) -> list[Scatter]:
     """Scatter of each press; the one before it may not have left the plate."""
     scatters: list[Scatter] = []
-    before = np.zeros(on.whitening.shape[1])
-    for press, touch in zip(problem.presses, state.touches, strict=True):
-        seen = through(on, press)
-        own = own_error(seen.read(touch[None])[0])
+    before = np.zeros(seen[0].whitening.shape[1])
+    for press, on, touch in zip(problem.presses, seen, state.touches, strict=True):
+        own = own_error(on.read(touch[None])[0])
         noise = press.noise if problem.noises else press.total_noise
-        scatters.append(Scatter(noise, seen.whitening @ before, problem.memory, own))
-        before = on.fields.seen_of(seen.fields.state(touch[None]))
+        scatters.append(Scatter(noise, on.whitening @ before, problem.memory, own))
+        before = on.fields.seen_of(on.fields.state(touch[None]))
     return scatters
 
 
@@ -239,12 +253,12 @@ def _terms(
 ) -> tuple[list[Term], float]:
     """Build normal equations of all presses, and χ² with the priors; `near` are those before."""
     bench = on.moved(state.values)
-    starts = [bench.near(term.state) for term in near] or [bench] * len(problem.presses)
-    given = zip(starts, problem.factors, problem.presses, state.touches, strict=True)
+    seen = views(bench, problem, near)
+    given = zip(seen, problem.factors, problem.presses, state.touches, strict=True)
     terms = [_term(problem, state.noise, *each) for each in given]
     labels = (state.touches - [press.touch for press in problem.presses]) / problem.labels.sigmas
     beside = deviation(state.values, problem.prior, problem.free)[0]
-    excess = pushing(state.values, problem.plate.described, problem.prior)[1]
+    excess = pushing(state.values, problem.plate.described, problem.prior, soft=HARD)[1]
     priors = float(np.sum(labels**2) + beside @ beside + excess @ excess)
     priors += float(state.noise @ state.noise)
     return terms, sum(term.chi2 for term in terms) + priors
@@ -253,7 +267,6 @@ def _terms(
 def _term(
     problem: JointProblem, noise: F64, on: BenchForward, factor: F64, press: Press, touch: F64
 ) -> Term:
-    on = through(on, press)
     residual, own, shared = whiten_all(problem, on, factor, press, touch)
     residual = residual - shared[:, shared.shape[1] - problem.noises :] @ noise
     return Term(
@@ -291,7 +304,7 @@ def whiten_all(
 
 def through(on: BenchForward, press: Press) -> BenchForward:
     """Return the forward model of a press, by the part of the pattern that it showed."""
-    return on if press.whitening is None else replace(on, whitening=press.whitening)
+    return on if press.whitening is None else on.through(press.whitening)
 
 
 def solve_lower(factor: AnyArray, rows: F64) -> F64:
@@ -301,10 +314,17 @@ def solve_lower(factor: AnyArray, rows: F64) -> F64:
 
 
 def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: float) -> State:
-    """State after a step of the damped normal equations, touches eliminated."""
-    normal, slope, blocks = reduced(problem, state, terms, damping)
-    step = cho_solve(cho_factor(normal), slope)
-    values, numbers = state.values.copy(), len(problem.scales)
+    """State after a step of the damped normal equations, touches eliminated.
+
+    Edges that would push after it are held.
+    """
+    numbers = len(problem.scales)
+    normal, slope, blocks = reduced(problem, state, terms, damping, _FREE)
+    rows, room = ends(state.values, problem.plate.described, problem.prior)
+    rows = np.pad(rows[:, problem.free] * problem.scales, ((0, 0), (0, problem.noises)))
+    covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    step = held(covariance @ slope, covariance, rows, room).step
+    values = state.values.copy()
     values[problem.free] += problem.scales * step[:numbers]
     touches = state.touches.copy()
     for i, (inverse, towards) in enumerate(blocks):
@@ -349,13 +369,21 @@ def _inside(touches: F64, size: F64) -> F64:
 
 
 def reduced(
-    problem: JointProblem, state: State, terms: list[Term], damping: float
+    problem: JointProblem,
+    state: State,
+    terms: list[Term],
+    damping: float,
+    limits: tuple[F64, F64] | None = None,
 ) -> tuple[F64, F64, list[tuple[F64, F64]]]:
     """Build normal matrix and slope of what is shared, and inverse block and slope of each touch.
 
     What is shared are the numbers of the bench that are free, then the noise of the reference.
+    Limits are rows and excess of the ends of edges that push, see `pushing`; soft ones, if none are
+    given.
     """
-    rows, excess = pushing(state.values, problem.plate.described, problem.prior)
+    if limits is None:
+        limits = pushing(state.values, problem.plate.described, problem.prior)
+    rows, excess = limits
     beside, by_numbers = deviation(state.values, problem.prior, problem.free)
     rows = np.concatenate([rows[:, problem.free] * problem.scales, by_numbers])
     normal = block_diag(rows.T @ rows, np.eye(problem.noises))

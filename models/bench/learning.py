@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from models.arrays import F64
 from models.bench.bench import NAMES, BenchEstimate
 from models.bench.joint import solve_lower, through
-from models.bench.limits import pushing
+from models.bench.limits import ends, held, pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.bench.traces import NO_TRACES, Traces
@@ -94,9 +94,12 @@ def learn(
     if fit is None:
         return None
     on, step = fit
-    kept = np.eye(len(bench.values)) - step.gain @ step.seen
+    limits = pushing(on.fields.values, on.fields.bench.modal.described, bench)[0]
+    seen = np.concatenate([step.seen, limits])
+    gain = _gain(seen, bench.covariance)
+    kept = np.eye(len(bench.values)) - gain @ seen
     # Joseph's form stays positive.
-    covariance = kept @ bench.covariance @ kept.T + step.gain @ step.gain.T
+    covariance = kept @ bench.covariance @ kept.T + gain @ gain.T
     return replace(bench, values=on.fields.values, covariance=covariance)
 
 
@@ -134,12 +137,17 @@ def likeliest(
     return None if fit is None else fit[0]
 
 
+def _gain(seen: F64, covariance: F64) -> F64:
+    """Gain (50, m) of a measurement with a derivative (m, 50) and a noise of 1."""
+    spread = np.eye(len(seen)) + seen @ covariance @ seen.T
+    return np.asarray(np.linalg.solve(spread, seen @ covariance).T, dtype=np.float64)
+
+
 class _Step(NamedTuple):
-    """Change of bench (50,) and touches (n, 3), how it came about, χ², and how far it goes."""
+    """Change of bench (50,) and touches (n, 3), what showed it, χ², and how far it goes."""
 
     change: F64
     touches: F64
-    gain: F64
     seen: F64
     chi2: float
     far: float
@@ -153,7 +161,8 @@ def _fitted(
     for _ in range(_STEPS):
         step = _step(forward, bench, press, touches, left)
         part = min(1.0, _FURTHEST / step.far)
-        forward = forward.moved(forward.fields.values + part * step.change)
+        near = forward.fields.state(touches)
+        forward = forward.moved(forward.fields.values + part * step.change).near(near)
         moved = touches + part * step.touches
         touches = np.column_stack([moved[:, :2], np.maximum(moved[:, 2], _LIGHTEST)])
         if step.far < _SETTLED:
@@ -172,18 +181,18 @@ def _step(
     residual, own, shared = _whitened(on, bench, press, touches, left)
     basis = np.linalg.qr(own)[0]
     freed, seen = (part - basis @ (basis.T @ part) for part in (residual, shared))
-    rows, excess = pushing(values, on.fields.bench.modal.described, bench)
-    seen, freed = np.concatenate([seen, rows]), np.concatenate([freed, -excess])
-    spread = np.eye(len(seen)) + seen @ bench.covariance @ seen.T
-    gain = np.asarray(np.linalg.solve(spread, seen @ bench.covariance).T, dtype=np.float64)
+    gain = _gain(seen, bench.covariance)
     left_over = freed + seen @ (values - bench.values)
     change = bench.values + gain @ left_over - values
+    covariance = bench.covariance - gain @ (seen @ bench.covariance)
+    described = on.fields.bench.modal.described
+    change, limited = held(change, covariance, *ends(values, described, bench))
     moved = np.empty(touches.size)
     moved[:] = np.linalg.lstsq(own, residual - shared @ change, rcond=None)[0]
-    size = float(left_over @ np.linalg.solve(spread, left_over))
+    size = float(left_over @ (left_over - seen @ (gain @ left_over))) + limited
     free = bench.prior > 0
     far = float(np.max(np.abs(change[free]) / bench.prior[free], initial=np.finfo(float).tiny))
-    return _Step(change, moved.reshape(touches.shape), gain, seen, size, far)
+    return _Step(change, moved.reshape(touches.shape), seen, size, far)
 
 
 def _whitened(

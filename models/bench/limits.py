@@ -7,7 +7,10 @@ without this limit ends in a bench that cannot be.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from scipy.optimize import nnls
 
 import fe
 from models.arrays import F64
@@ -15,7 +18,8 @@ from models.bench.bench import NAMES, BenchEstimate
 
 _PLATE = len(fe.BENCH_PARAMETERS)
 # Of the prior's σ: by so little a compliance may be negative, at a cost of 1 in χ².
-_WIDTH = 0.03
+HARD = 1e-3  # in a descent
+SOFT = 0.03  # in a covariance: a number at the limit is not known by it to no width at all
 
 
 def _ends() -> F64:
@@ -33,7 +37,9 @@ def _ends() -> F64:
 _ENDS = _ends()
 
 
-def pushing(values: F64, described: F64, prior: BenchEstimate) -> tuple[F64, F64]:
+def pushing(
+    values: F64, described: F64, prior: BenchEstimate, soft: float = SOFT
+) -> tuple[F64, F64]:
     """Find the ends of edges that push: their rows (n, 50) and their excess (n,), below 0.
 
     Both in units of which the square adds to χ².
@@ -45,9 +51,54 @@ def pushing(values: F64, described: F64, prior: BenchEstimate) -> tuple[F64, F64
     described : (41,) float64
         What the plate's description has of them already.
     prior : BenchEstimate
-        By which the limit is soft.
+    soft : float
+        Compliance below 0 that costs 1, in σ of the prior.
     """
-    width = np.maximum(_WIDTH * (np.abs(_ENDS) @ prior.prior), np.finfo(float).tiny)
-    compliance = _ENDS @ values + _ENDS[:, :_PLATE] @ described
-    below = (compliance < 0.0) & (_ENDS @ prior.prior > 0.0)
-    return _ENDS[below] / width[below, None], compliance[below] / width[below]
+    rows, room = ends(values, described, prior, soft)
+    below = room < 0.0
+    return rows[below], room[below]
+
+
+def ends(values: F64, described: F64, prior: BenchEstimate, soft: float = HARD) -> tuple[F64, F64]:
+    """Find the ends of all edges that may give: rows (n, 50) and compliances (n,).
+
+    Parameters are those of `pushing`, and so are the units.
+    """
+    sigma = np.abs(_ENDS) @ prior.prior
+    rows = _ENDS[sigma > 0.0]
+    width = soft * sigma[sigma > 0.0]
+    compliance = rows @ values + rows[:, :_PLATE] @ described
+    return rows / width[:, None], compliance / width
+
+
+class Held(NamedTuple):
+    """A step that is held at limits, (P,), and by how much χ² is more for it."""
+
+    step: F64
+    cost: float
+
+
+def held(step: F64, covariance: F64, rows: F64, room: F64) -> Held:
+    """Hold a step so that no end pushes after it.
+
+    Of all steps it is that of least χ², limits included, where χ² is square about the one that is
+    given. By its dual: forces on the ends (n,) that only pull, by non-negative least squares.
+
+    Parameters
+    ----------
+    step : (P,) float64
+        Of least χ² without limits.
+    covariance : (P, P) float64
+        By which χ² grows about it.
+    rows : (n, P) float64
+        Compliances by the step, in units of which the square adds to χ²; see `ends`.
+    room : (n,) float64
+        Compliances before it.
+    """
+    if not len(rows):
+        return Held(step, 0.0)
+    given = covariance @ rows.T
+    spread = rows @ given + np.eye(len(rows))
+    root = np.linalg.cholesky(spread)
+    forces = nnls(root.T, -np.linalg.solve(root, room + rows @ step))[0]
+    return Held(step + given @ forces, float(forces @ spread @ forces))

@@ -125,7 +125,7 @@ class BenchFields:
     def state(self, touches: F64) -> fe.Pressed:
         """State of the plate under touches (n, 3); the last one is where the next begins."""
         near = self._near.get(len(touches))
-        if near is not None and near.bench is self.bench and np.array_equal(near.touches, touches):
+        if near is not None and near.is_of(self.bench) and np.array_equal(near.touches, touches):
             return near
         touches = touches.copy()  # kept with the state, and the caller may go on writing
         state = self.bench.press(touches, near)
@@ -137,7 +137,7 @@ class BenchFields:
     def beside(self, touches: F64) -> fe.Pressed | None:
         """Return the last state of this bench, if its touches (n, 3) were hardly elsewhere."""
         near = self._near.get(len(touches))
-        if near is None or near.bench is not self.bench or not near.converged:
+        if near is None or not near.is_of(self.bench) or not near.converged:
             return None
         apart = np.abs(near.touches[:, :2] - touches[:, :2]).max()
         return near if apart <= _BESIDE * min(self.plate.size) else None
@@ -304,6 +304,10 @@ class BenchForward:
         on_plate = np.clip(touch, 0.0, (*self.plate.size, np.inf))
         state = self.fields.bench.press(on_plate[None])
         return np.concatenate([state.values[None], ASTRAY * state.jacobian().T[:2]])
+
+    def through(self, whitening: F64) -> BenchForward:
+        """Return the same forward model of another part of the pattern, whitened otherwise."""
+        return replace(self, whitening=whitening, _last={})
 
     def near(self, state: fe.Pressed) -> BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""

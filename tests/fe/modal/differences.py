@@ -24,3 +24,13 @@ def by_parameter(modal, values, touches, name):
         fe.BenchPlate(modal, values + sign * change).press(touches).values for sign in (1, -1)
     )
     return (ahead - behind) / (2 * step)
+
+
+def loosened(values):
+    """Bench (41,) whose edges all give at both ends, by more than what is differenced."""
+    more = {
+        name: 3.0 * STEPS[name.split("_")[0]]
+        for name, _ in fe.BENCH_PARAMETERS
+        if name.startswith(("rotation", "membrane")) and not name.endswith("slope")
+    }
+    return values + fe.bench_values(**more)

@@ -11,7 +11,7 @@ from fe.elements.functional import derivative
 from fe.modal.transverse import rigidly_held
 from fe.reduced.karman import Karman
 from fe.reduced.training import pressure
-from tests.fe.modal.differences import by_parameter, by_touches
+from tests.fe.modal.differences import by_parameter, by_touches, loosened
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NAMES = [name for name, _ in fe.BENCH_PARAMETERS]
@@ -155,17 +155,32 @@ def test_derivatives_by_touches(modal):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_by_the_bench(modal, name):
-    exact = fe.BenchPlate(modal, UNEVEN).press(TOUCHES).by_parameters()[:, NAMES.index(name)]
-    numeric = by_parameter(modal, UNEVEN, TOUCHES, name)
+    values = loosened(UNEVEN)
+    exact = fe.BenchPlate(modal, values).press(TOUCHES).by_parameters()[:, NAMES.index(name)]
+    numeric = by_parameter(modal, values, TOUCHES, name)
     assert np.abs(numeric).max() > 0
     assert np.abs(numeric - exact).max() < 1e-5 * np.abs(numeric).max()
 
 
-def test_a_state_near_by_leads_to_the_same_one(modal):
-    bench = fe.BenchPlate(modal, UNEVEN)
-    near = bench.press(TOUCHES)
-    near.jacobian()
-    moved = TOUCHES + np.array([0.4, -0.3, 0.2])
+@pytest.mark.parametrize("name", ["membrane_east", "rotation_south"])
+def test_edges_give_and_never_push(modal, name):
+    """The end that would push is rigid: 0.01 and -0.07 at both ends are 0.01 and 0."""
+    size = 1e-3 if name.startswith("rotation") else 0.03
+    below = fe.bench_values(**{name: -size, f"{name}_slope": 4.0 / 3.0 * size})
+    limited = fe.bench_values(**{name: size / 6.0, f"{name}_slope": size / 6.0})
+    pushing, found, rigid = (
+        fe.BenchPlate(modal, values).press(TOUCHES).values
+        for values in (below, limited, fe.bench_values())
+    )
+    assert np.allclose(pushing, found, rtol=1e-9)
+    assert not np.allclose(pushing, rigid, rtol=1e-4)
+
+
+@pytest.mark.parametrize("change", [{}, {"young": 0.02, "sag": -0.05, "membrane_west": 0.004}])
+def test_a_state_near_by_leads_to_the_same_one(modal, change):
+    """Also one of a bench near by."""
+    bench, moved = fe.BenchPlate(modal, UNEVEN), TOUCHES + np.array([0.4, -0.3, 0.2])
+    near = fe.BenchPlate(modal, UNEVEN + fe.bench_values(**change)).press(TOUCHES)
     assert np.allclose(bench.press(moved, near).values, bench.press(moved).values, rtol=1e-6)
 
 

@@ -9,7 +9,7 @@ import pytest
 import fe
 from fe.reduced.karman import Karman
 from fe.reduced.training import pressure
-from tests.fe.modal.differences import by_parameter, by_touches
+from tests.fe.modal.differences import by_parameter, by_touches, loosened
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NAMES = [name for name, _ in fe.BENCH_PARAMETERS]
@@ -81,8 +81,9 @@ def test_gauges_read_what_those_on_the_whole_plate_do(modal, values, plate):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_of_readings_by_the_bench(modal, name):
-    exact = fe.BenchPlate(modal, GIVING).press(TOUCHES).by_parameters()[:, NAMES.index(name)]
-    numeric = by_parameter(modal, GIVING, TOUCHES, name)
+    values = loosened(GIVING)
+    exact = fe.BenchPlate(modal, values).press(TOUCHES).by_parameters()[:, NAMES.index(name)]
+    numeric = by_parameter(modal, values, TOUCHES, name)
     for some in np.split(np.arange(len(exact)), np.cumsum([len(modal.stiffness), len(GAUGES) * 3])):
         assert np.abs(numeric - exact)[some].max() <= 2e-5 * np.abs(numeric[some]).max() + 1e-12
 

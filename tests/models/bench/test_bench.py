@@ -226,8 +226,9 @@ def test_an_error_of_the_model_says_nothing_of_what_touches_of_unknown_force_tak
     prior = models.bench_before(PLATE)
     problem = joint.pose(made, prior, None, ["young", "thickness_x"], forward)
     state = joint.start(problem)
-    problem = replace(joint.weighed(problem, forward, state, 0.0), discrepancy=0.0)
-    young, uneven = np.diag(identification._shared_slope(problem, forward, state, 0.5))
+    seen = joint.views(forward, problem)
+    problem = replace(joint.weighed(problem, seen, state, 0.0), discrepancy=0.0)
+    young, uneven = np.diag(identification._shared_slope(problem, seen, state, 0.5))
     assert 0.0 <= young < 1e-6 * uneven
 
 
