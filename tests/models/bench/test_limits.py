@@ -1,4 +1,4 @@
-"""Steps that are held at limits: against a minimiser that knows nothing of them."""
+"""Steps that are held at limits: against a minimiser of the whole χ²."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def drawn(seed):
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=60)
-def test_the_step_is_that_of_least_chi2(seed):
+def test_the_step_makes_chi2_smallest(seed):
     free, normal, rows, room = drawn(seed)
 
     def chi2(step):
