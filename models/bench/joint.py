@@ -29,9 +29,9 @@ from models.forward.bench_forward import THICKNESS, BenchForward
 from models.forward.camera_change import Look, Seen
 
 _STEPS = 12
-_SETTLED = 0.02  # fall of χ² below which a descent has ended
+_SETTLED = 0.02  # change of χ² below which a descent has ended
 _DAMPING = 1e-3  # to begin with, in parts of the diagonal
-_FREE = np.empty((0, len(NAMES))), np.empty(0)  # no edge is held
+_NO_LIMITS = np.empty((0, len(NAMES))), np.empty(0)  # no edge is held
 _PLATE = len(fe.BENCH_PARAMETERS)
 
 
@@ -238,13 +238,12 @@ def descend(
     for _ in range(_STEPS):
         trial = _stepped(problem, state, terms, damping)
         found, trial_cost = _terms(problem, on, trial, terms)
-        if trial_cost > cost:
-            damping *= 10.0
-            continue
-        fall, state, terms, cost = cost - trial_cost, trial, found, trial_cost
-        if fall < _SETTLED and damping <= _DAMPING:
+        fall = cost - trial_cost
+        if fall > 0.0:
+            state, terms, cost = trial, found, trial_cost
+        if abs(fall) < _SETTLED and damping <= _DAMPING:
             return state, terms, True
-        damping *= 0.1
+        damping *= 0.1 if fall > 0.0 else 10.0
     return state, terms, False
 
 
@@ -319,7 +318,7 @@ def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: fl
     Edges that would push after it are held.
     """
     numbers = len(problem.scales)
-    normal, slope, blocks = reduced(problem, state, terms, damping, _FREE)
+    normal, slope, blocks = reduced(problem, state, terms, damping, _NO_LIMITS)
     rows, room = ends(state.values, problem.plate.described, problem.prior)
     rows = np.pad(rows[:, problem.free] * problem.scales, ((0, 0), (0, problem.noises)))
     covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
