@@ -70,7 +70,7 @@ def test_a_touch_scatters_by_the_noise_of_its_own_motion(chain_and_twin, force):
     chain, twin = chain_and_twin(HARD | {"dic.prefilter": 0.0})
     assert chain.noise > 1.2 * chain.pixel_noise
     touch = fe.Touch(90.0, 120.0, force)
-    found = [seen_in(chain, twin.frame(20 + k, (touch,))).estimate for k in range(24)]
+    found = [seen_in(chain, twin.frame(20 + k, (touch,))).estimate for k in range(144)]
     known = np.mean([each.systematic for each in found], axis=0)
     noise = np.mean([each.covariance for each in found], axis=0) - known
     seen = np.array([[*each.xy[0], each.force[0]] for each in found])
