@@ -71,14 +71,14 @@ def ends(values: F64, described: F64, prior: BenchEstimate, soft: float = HARD) 
     return rows / width[:, None], compliance / width
 
 
-class Held(NamedTuple):
+class LimitedStep(NamedTuple):
     """A step that is held at limits, (P,), and by how much χ² is more for it."""
 
     step: F64
     cost: float
 
 
-def held(step: F64, covariance: F64, rows: F64, room: F64) -> Held:
+def held(step: F64, covariance: F64, rows: F64, room: F64) -> LimitedStep:
     """Hold a step so that no end pushes after it.
 
     Of all steps it is that of least χ², limits included, where χ² is square about the one that is
@@ -96,9 +96,9 @@ def held(step: F64, covariance: F64, rows: F64, room: F64) -> Held:
         Compliances before it.
     """
     if not len(rows):
-        return Held(step, 0.0)
+        return LimitedStep(step, 0.0)
     given = covariance @ rows.T
     spread = rows @ given + np.eye(len(rows))
     root = np.linalg.cholesky(spread)
     forces = nnls(root.T, -np.linalg.solve(root, room + rows @ step))[0]
-    return Held(step + given @ forces, float(forces @ spread @ forces))
+    return LimitedStep(step + given @ forces, float(forces @ spread @ forces))
