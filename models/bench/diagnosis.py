@@ -31,9 +31,9 @@ from models.bench.joint import (
     start,
     through,
     views,
-    weighed,
 )
 from models.bench.press import Press
+from models.bench.scatter import weighed
 from models.bench.score_test import FALSE_ALARM, Slopes, slopes
 from models.bench.words import in_words
 from models.forward.bench_forward import BenchForward

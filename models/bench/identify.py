@@ -17,27 +17,25 @@ from models.arrays import F64, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.deviation import deviation
 from models.bench.joint import (
+    NO_LIMITS,
     JointProblem,
     State,
     Term,
     camera_moved,
     descend,
     information,
-    of_reference,
     pose,
     reduced,
     rescaled,
-    scatters,
+    soft_limits,
     solve_lower,
     stand,
     start,
     views,
-    weighed,
     whiten_all,
     without_uneven,
 )
 from models.bench.labels import LabelErrors, Shown, common_offset, label_errors
-from models.bench.limits import pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.bench.relevance import (
@@ -48,6 +46,7 @@ from models.bench.relevance import (
     over_scales,
     posterior,
 )
+from models.bench.scatter import likely_discrepancy, likely_memory, weighed
 from models.forward.bench_forward import BenchForward
 from models.forward.camera_change import Look
 
@@ -62,11 +61,9 @@ _TURNS, _LIMIT = 3, 8
 _MOVED = 0.35
 _RESCALED = 0.7  # the logarithm of a cause's scale: a turn that changes one by more is not the last
 _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
-_DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 # A plate that lies beside where the camera is thought to see it has all touches beside themselves.
 _PLACE = [NAMES.index("shift_x"), NAMES.index("shift_y")]
 _MIN_PART = 0.1  # of a variance, that is left when the error that all presses share is counted once
-_USUAL = 1.0  # presses that what a usual plate remembers counts as
 
 
 def identify(
@@ -124,8 +121,8 @@ def identify(
         on = stand(on, state.values, look, near=on.fields.seen if still else None)
         problem = without_uneven(problem, presses, on)
         seen = views(on, problem, terms)
-        bench = replace(bench, discrepancy=_discrepancy(problem, seen, state))
-        bench = replace(bench, memory=_memory(problem, seen, state, bench.discrepancy))
+        bench = replace(bench, discrepancy=likely_discrepancy(problem, seen, state))
+        bench = replace(bench, memory=likely_memory(problem, seen, state, bench.discrepancy))
         problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
@@ -139,18 +136,17 @@ def identify(
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:
             break
-    solved = _Solved(problem, on, bench, state, terms, causes)
-    normal, _, _ = reduced(problem, state, terms, 0.0)
+    solved = _Solved(problem, seen, bench, state, terms, causes)
     if whole:
-        return _described(solved, normal)
-    return _partly(solved, _without_limits(solved, normal), priors, asked)
+        return _described(solved, soft_limits(problem, state))
+    return _partly(solved, priors, asked)
 
 
 class _Solved(NamedTuple):
     """Where the descent ended."""
 
     problem: JointProblem
-    on: BenchForward
+    seen: list[BenchForward]
     bench: BenchEstimate
     state: State
     terms: list[Term]
@@ -163,41 +159,6 @@ def _settled(problem: JointProblem, scales: F64) -> bool:
     return bool(np.abs(np.log(scales / taken)).max() < _RESCALED)
 
 
-def _discrepancy(problem: JointProblem, seen: Sequence[BenchForward], state: State) -> float:
-    """Error of the model, as a fraction, under which the residuals are likeliest.
-
-    Each press by itself: the noise of the reference that was found fits the residuals too well.
-    """
-    likelihood = np.zeros(len(_DISCREPANCIES))
-    found = scatters(problem.apart, seen, state)
-    for press, on, touch, scatter in zip(problem.presses, seen, state.touches, found, strict=True):
-        residual = press.measured - on.read(touch[None])[0]
-        likelihood += [scatter.likelihood(residual, float(size)) for size in _DISCREPANCIES]
-    return float(_DISCREPANCIES[np.argmax(likelihood)])
-
-
-def _memory(
-    problem: JointProblem, seen: Sequence[BenchForward], state: State, discrepancy: float
-) -> float:
-    """Fraction of a touch that presses show of the one before, its standard deviation.
-
-    A step of expectation maximisation; what of it looks like the press itself says nothing.
-    """
-    squares, usual = [_USUAL * problem.prior.memory**2], problem.memory**2
-    found = scatters(problem, seen, state)
-    given = list(zip(problem.presses, seen, state.touches, found, strict=True))
-    for press, on, touch, scatter in given[1:]:
-        predicted, own = on.read(touch[None])
-        tangent = np.linalg.qr(own.T)[0]
-        left = scatter.left - tangent @ (tangent.T @ scatter.left)
-        precision = float(left @ left) / scatter.even(discrepancy)
-        rest = press.measured - predicted - of_reference(problem, press) @ state.noise
-        shown = float(left @ rest) / scatter.even(discrepancy)
-        variance = usual / (1.0 + usual * precision)
-        squares.append((variance * shown) ** 2 + variance)
-    return float(np.sqrt(sum(squares) / (_USUAL + len(given) - 1)))
-
-
 def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErrors:
     """Judge the labels by what the presses show."""
     stated = np.array([press.sigma for press in problem.presses])
@@ -205,7 +166,7 @@ def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErro
 
 
 def _shown(problem: JointProblem, terms: list[Term], state: State) -> Shown:
-    normal, _, blocks = reduced(problem, state, terms, 0.0)
+    normal, _, blocks = reduced(problem, state, terms, limits=soft_limits(problem, state))
     bench = np.linalg.inv(normal)
     off, spread, variance = (np.empty((len(terms), 3)) for _ in range(3))
     for i, (term, (inverse, _)) in enumerate(zip(terms, blocks, strict=True)):
@@ -216,9 +177,13 @@ def _shown(problem: JointProblem, terms: list[Term], state: State) -> Shown:
     return Shown(off + left, spread, left, variance)
 
 
-def _partly(solved: _Solved, normal: F64, prior: BenchEstimate, asked: Mask) -> BenchEstimate:
-    """Take over the numbers that were asked for."""
-    shown = _described(solved, normal)
+def _partly(solved: _Solved, prior: BenchEstimate, asked: Mask) -> BenchEstimate:
+    """Take over the numbers that were asked for.
+
+    No end of an edge counts as pushing: a number at that limit is not known by it to the limit's
+    width, it may lie anywhere beyond.
+    """
+    shown = _described(solved, NO_LIMITS)
     return replace(
         shown,
         values=np.where(asked, shown.values, prior.values),
@@ -228,23 +193,11 @@ def _partly(solved: _Solved, normal: F64, prior: BenchEstimate, asked: Mask) -> 
     )
 
 
-def _without_limits(solved: _Solved, normal: F64) -> F64:
-    """Take out of a normal matrix that edges do not push.
-
-    A number at that limit is not known by it to the limit's width: it may lie anywhere beyond.
-    """
-    problem, state = solved.problem, solved.state
-    rows, _ = pushing(state.values, problem.plate.described, problem.prior)
-    rows = rows[:, problem.free] * problem.scales
-    numbers, free = len(problem.scales), normal.copy()
-    free[:numbers, :numbers] -= rows.T @ rows
-    return free
-
-
-def _described(solved: _Solved, normal: F64) -> BenchEstimate:
-    problem, on, bench, state, terms, causes = solved
+def _described(solved: _Solved, limits: tuple[F64, F64]) -> BenchEstimate:
+    problem, seen, bench, state, terms, causes = solved
     numbers = len(problem.scales)
-    slope = _shared_slope(problem, views(on, problem, terms), state, bench.discrepancy)
+    normal, _, _ = reduced(problem, state, terms, limits=limits)
+    slope = _shared_slope(problem, seen, state, bench.discrepancy)
     spread = widened(normal, slope)[:numbers, :numbers]
     index = np.flatnonzero(problem.free)
     values, covariance = state.values.copy(), problem.prior.covariance.copy()
@@ -368,7 +321,7 @@ def _held_out(
     problem: JointProblem, state: State, terms: list[Term], prior: BenchEstimate, asked: Mask
 ) -> HeldOut | None:
     """Errors of presses that are taken out of the bench, to first order; not of outliers."""
-    normal, slope, blocks = reduced(problem, state, terms, 0.0)
+    normal, slope, blocks = reduced(problem, state, terms, limits=soft_limits(problem, state))
     places: list[float] = []
     forces: list[float] = []
     for i, (term, press) in enumerate(zip(terms, problem.presses, strict=True)):

@@ -3,14 +3,13 @@
 Each press moves the plate; its place and force are known to some part, or not at all. What all
 presses share is the bench, and the noise of the reference that they are measured against: with the
 touches eliminated press by press (Schur complement), damped Gauss-Newton steps from a start find
-both. The scatter of a press holds what the one before left in the plate and the model's own error.
+both.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -21,8 +20,7 @@ from models.arrays import F64, AnyArray, Mask
 from models.bench.bench import NAMES, BenchEstimate
 from models.bench.deviation import deviation
 from models.bench.labels import LabelErrors
-from models.bench.limits import HARD, ends, held, pushing
-from models.bench.marginal import own_error
+from models.bench.limits import HARD, SOFT, ends, limited, pushing
 from models.bench.press import Press
 from models.bench.relevance import Information
 from models.forward.bench_forward import THICKNESS, BenchForward
@@ -31,8 +29,9 @@ from models.forward.camera_change import Look, Seen
 _STEPS = 12
 _SETTLED = 0.02  # change of χ² below which a descent has ended
 _DAMPING = 1e-3  # to begin with, in parts of the diagonal
-_NO_LIMITS = np.empty((0, len(NAMES))), np.empty(0)  # no edge is held
 _PLATE = len(fe.BENCH_PARAMETERS)
+NO_LIMITS = np.empty((0, len(NAMES))), np.empty(0)
+"""Rows and excess where no end of an edge counts as pushing."""
 
 
 class Term(NamedTuple):
@@ -165,36 +164,6 @@ def camera_moved(problem: JointProblem, before: F64, after: F64) -> float:
     return float(np.max(change[np.flatnonzero(problem.free) >= _PLATE], initial=0.0))
 
 
-class Scatter(NamedTuple):
-    """What a press scatters by: noise, memory, and by each unit of the model's own error."""
-
-    noise: float
-    left: F64  # (m,) of the press before, all of it
-    memory: float
-    own: float
-
-    def even(self, discrepancy: float) -> float:
-        """Variance of each number that was measured, for an error of the model."""
-        return self.noise**2 + discrepancy**2 * self.own
-
-    def factor(self, discrepancy: float) -> F64:
-        """Lower Cholesky factor for an error of the model."""
-        spread = self.even(discrepancy) * np.eye(len(self.left))
-        spread += self.memory**2 * np.outer(self.left, self.left)
-        return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
-
-    def likelihood(self, residual: F64, discrepancy: float) -> float:
-        """Logarithm of the likelihood of a residual (m,), but for a constant.
-
-        For an error of the model. By the formulas of Sherman and Morrison: but for what is left in
-        the plate the scatter is even.
-        """
-        even, left = self.even(discrepancy), self.memory * self.left
-        along = even + float(left @ left)
-        chi2 = (float(residual @ residual) - float(left @ residual) ** 2 / along) / even
-        return -0.5 * (chi2 + log(along) + (len(left) - 1) * log(even))
-
-
 def views(
     on: BenchForward, problem: JointProblem, terms: Sequence[Term] = ()
 ) -> list[BenchForward]:
@@ -204,29 +173,6 @@ def views(
     """
     starts = [on.near(term.state) for term in terms] or [on.apart() for _ in problem.presses]
     return [through(one, press) for one, press in zip(starts, problem.presses, strict=True)]
-
-
-def weighed(
-    problem: JointProblem, seen: Sequence[BenchForward], state: State, discrepancy: float
-) -> JointProblem:
-    """Weigh the presses by their scatter about a state, for an error of the model.
-
-    Each is seen by its forward model, see `views`.
-    """
-    factors = [each.factor(discrepancy) for each in scatters(problem, seen, state)]
-    return replace(problem, factors=factors, discrepancy=discrepancy)
-
-
-def scatters(problem: JointProblem, seen: Sequence[BenchForward], state: State) -> list[Scatter]:
-    """Scatter of each press; the one before it may not have left the plate."""
-    scatters: list[Scatter] = []
-    before = np.zeros(seen[0].whitening.shape[1])
-    for press, on, touch in zip(problem.presses, seen, state.touches, strict=True):
-        own = own_error(on.read(touch[None])[0])
-        noise = press.noise if problem.noises else press.total_noise
-        scatters.append(Scatter(noise, on.whitening @ before, problem.memory, own))
-        before = on.fields.seen_of(on.fields.state(touch[None]))
-    return scatters
 
 
 def descend(
@@ -257,7 +203,7 @@ def _terms(
     terms = [_term(problem, state.noise, *each) for each in given]
     labels = (state.touches - [press.touch for press in problem.presses]) / problem.labels.sigmas
     beside = deviation(state.values, problem.prior, problem.free)[0]
-    excess = pushing(state.values, problem.plate.described, problem.prior, soft=HARD)[1]
+    excess = pushing(state.values, problem.plate.described, problem.prior, HARD)[1]
     priors = float(np.sum(labels**2) + beside @ beside + excess @ excess)
     priors += float(state.noise @ state.noise)
     return terms, sum(term.chi2 for term in terms) + priors
@@ -315,14 +261,14 @@ def solve_lower(factor: AnyArray, rows: F64) -> F64:
 def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: float) -> State:
     """State after a step of the damped normal equations, touches eliminated.
 
-    Edges that would push after it are held.
+    Edges that would push after it do not: see `limited`.
     """
     numbers = len(problem.scales)
-    normal, slope, blocks = reduced(problem, state, terms, damping, _NO_LIMITS)
-    rows, room = ends(state.values, problem.plate.described, problem.prior)
+    normal, slope, blocks = reduced(problem, state, terms, damping)
+    rows, room = ends(state.values, problem.plate.described, problem.prior, HARD)
     rows = np.pad(rows[:, problem.free] * problem.scales, ((0, 0), (0, problem.noises)))
     covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
-    step = held(covariance @ slope, covariance, rows, room).step
+    step = limited(covariance @ slope, covariance, rows, room).step
     values = state.values.copy()
     values[problem.free] += problem.scales * step[:numbers]
     touches = state.touches.copy()
@@ -337,7 +283,7 @@ def information(problem: JointProblem, state: State, terms: list[Term]) -> Infor
 
     Compliances and tension deviate in parts of the plate's own stiffness, see `deviation`.
     """
-    normal, slope, _ = reduced(problem, state, terms, 0.0)
+    normal, slope, _ = reduced(problem, state, terms, limits=soft_limits(problem, state))
     numbers = len(problem.scales)
     common = np.linalg.solve(normal[numbers:, numbers:], normal[numbers:]).T
     matrix = normal[:numbers, :numbers] - common[:numbers] @ normal[numbers:, :numbers]
@@ -367,21 +313,23 @@ def _inside(touches: F64, size: F64) -> F64:
     return np.column_stack([places, np.maximum(touches[:, 2], 1e-3)])
 
 
+def soft_limits(problem: JointProblem, state: State) -> tuple[F64, F64]:
+    """Rows and excess of the ends of edges that push, as a covariance has them; see `pushing`."""
+    return pushing(state.values, problem.plate.described, problem.prior, SOFT)
+
+
 def reduced(
     problem: JointProblem,
     state: State,
     terms: list[Term],
-    damping: float,
-    limits: tuple[F64, F64] | None = None,
+    damping: float = 0.0,
+    limits: tuple[F64, F64] = NO_LIMITS,
 ) -> tuple[F64, F64, list[tuple[F64, F64]]]:
     """Build normal matrix and slope of what is shared, and inverse block and slope of each touch.
 
     What is shared are the numbers of the bench that are free, then the noise of the reference.
-    Limits are rows and excess of the ends of edges that push, see `pushing`; soft ones, if none are
-    given.
+    Limits are rows and excess of the ends of edges that push, see `soft_limits`.
     """
-    if limits is None:
-        limits = pushing(state.values, problem.plate.described, problem.prior)
     rows, excess = limits
     beside, by_numbers = deviation(state.values, problem.prior, problem.free)
     rows = np.concatenate([rows[:, problem.free] * problem.scales, by_numbers])

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from models.arrays import F64
 from models.bench.bench import NAMES, BenchEstimate
 from models.bench.joint import solve_lower, through
-from models.bench.limits import ends, held, pushing
+from models.bench.limits import HARD, SOFT, ends, limited, pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.bench.traces import NO_TRACES, Traces
@@ -94,9 +94,9 @@ def learn(
     if fit is None:
         return None
     on, step = fit
-    limits = pushing(on.fields.values, on.fields.bench.modal.described, bench)[0]
+    limits = pushing(on.fields.values, on.fields.bench.modal.described, bench, SOFT)[0]
     seen = np.concatenate([step.seen, limits])
-    gain = _gain(seen, bench.covariance)
+    gain = _gain(_spread(seen, bench.covariance), seen, bench.covariance)
     kept = np.eye(len(bench.values)) - gain @ seen
     # Joseph's form stays positive.
     covariance = kept @ bench.covariance @ kept.T + gain @ gain.T
@@ -137,9 +137,13 @@ def likeliest(
     return None if fit is None else fit[0]
 
 
-def _gain(seen: F64, covariance: F64) -> F64:
-    """Gain (50, m) of a measurement with a derivative (m, 50) and a noise of 1."""
-    spread = np.eye(len(seen)) + seen @ covariance @ seen.T
+def _spread(seen: F64, covariance: F64) -> F64:
+    """Covariance (m, m) of a measurement of derivative (m, 50) and noise 1."""
+    return np.eye(len(seen)) + seen @ covariance @ seen.T
+
+
+def _gain(spread: F64, seen: F64, covariance: F64) -> F64:
+    """Gain (50, m) of that measurement."""
     return np.asarray(np.linalg.solve(spread, seen @ covariance).T, dtype=np.float64)
 
 
@@ -181,15 +185,16 @@ def _step(
     residual, own, shared = _whitened(on, bench, press, touches, left)
     basis = np.linalg.qr(own)[0]
     freed, seen = (part - basis @ (basis.T @ part) for part in (residual, shared))
-    gain = _gain(seen, bench.covariance)
+    spread = _spread(seen, bench.covariance)
+    gain = _gain(spread, seen, bench.covariance)
     left_over = freed + seen @ (values - bench.values)
     change = bench.values + gain @ left_over - values
     covariance = bench.covariance - gain @ (seen @ bench.covariance)
     described = on.fields.bench.modal.described
-    change, limited = held(change, covariance, *ends(values, described, bench))
+    change, cost = limited(change, covariance, *ends(values, described, bench, HARD))
     moved = np.empty(touches.size)
     moved[:] = np.linalg.lstsq(own, residual - shared @ change, rcond=None)[0]
-    size = float(left_over @ (left_over - seen @ (gain @ left_over))) + limited
+    size = float(left_over @ np.linalg.solve(spread, left_over)) + cost
     free = bench.prior > 0
     far = float(np.max(np.abs(change[free]) / bench.prior[free], initial=np.finfo(float).tiny))
     return _Step(change, moved.reshape(touches.shape), seen, size, far)

@@ -19,7 +19,7 @@ from models.bench.bench import NAMES, BenchEstimate
 _PLATE = len(fe.BENCH_PARAMETERS)
 # Of the prior's σ: by so little a compliance may be negative, at a cost of 1 in χ².
 HARD = 1e-3  # in a descent
-SOFT = 0.03  # in a covariance: a number at the limit is not known by it to no width at all
+SOFT = 0.03  # in a covariance: a number at its limit is not known to HARD
 
 
 def _ends() -> F64:
@@ -37,9 +37,7 @@ def _ends() -> F64:
 _ENDS = _ends()
 
 
-def pushing(
-    values: F64, described: F64, prior: BenchEstimate, soft: float = SOFT
-) -> tuple[F64, F64]:
+def pushing(values: F64, described: F64, prior: BenchEstimate, width: float) -> tuple[F64, F64]:
     """Find the ends of edges that push: their rows (n, 50) and their excess (n,), below 0.
 
     Both in units of which the square adds to χ².
@@ -51,43 +49,44 @@ def pushing(
     described : (41,) float64
         What the plate's description has of them already.
     prior : BenchEstimate
-    soft : float
-        Compliance below 0 that costs 1, in σ of the prior.
+    width : float
+        Compliance below 0 that costs 1, in σ of the prior: `HARD` or `SOFT`.
     """
-    rows, room = ends(values, described, prior, soft)
+    rows, room = ends(values, described, prior, width)
     below = room < 0.0
     return rows[below], room[below]
 
 
-def ends(values: F64, described: F64, prior: BenchEstimate, soft: float = HARD) -> tuple[F64, F64]:
+def ends(values: F64, described: F64, prior: BenchEstimate, width: float) -> tuple[F64, F64]:
     """Find the ends of all edges that may give: rows (n, 50) and compliances (n,).
 
     Parameters are those of `pushing`, and so are the units.
     """
     sigma = np.abs(_ENDS) @ prior.prior
     rows = _ENDS[sigma > 0.0]
-    width = soft * sigma[sigma > 0.0]
+    unit = width * sigma[sigma > 0.0]
     compliance = rows @ values + rows[:, :_PLATE] @ described
-    return rows / width[:, None], compliance / width
+    return rows / unit[:, None], compliance / unit
 
 
 class LimitedStep(NamedTuple):
-    """A step that is held at limits, (P,), and by how much χ² is more for it."""
+    """A step within limits, (P,), and by how much χ² is more than without them."""
 
     step: F64
     cost: float
 
 
-def held(step: F64, covariance: F64, rows: F64, room: F64) -> LimitedStep:
-    """Hold a step so that no end pushes after it.
+def limited(step: F64, covariance: F64, rows: F64, room: F64) -> LimitedStep:
+    """Limit a step so that no end pushes after it.
 
-    Of all steps it is that of least χ², limits included, where χ² is square about the one that is
-    given. By its dual: forces on the ends (n,) that only pull, by non-negative least squares.
+    Of all steps it is the one that makes χ², limits included, smallest, where χ² is square about
+    the one that is given. By its dual: Lagrange multipliers of the ends (n,), none of them
+    negative.
 
     Parameters
     ----------
     step : (P,) float64
-        Of least χ² without limits.
+        That makes χ² smallest without limits.
     covariance : (P, P) float64
         By which χ² grows about it.
     rows : (n, P) float64
@@ -100,5 +99,5 @@ def held(step: F64, covariance: F64, rows: F64, room: F64) -> LimitedStep:
     given = covariance @ rows.T
     spread = rows @ given + np.eye(len(rows))
     root = np.linalg.cholesky(spread)
-    forces = nnls(root.T, -np.linalg.solve(root, room + rows @ step))[0]
-    return LimitedStep(step + given @ forces, float(forces @ spread @ forces))
+    multipliers = nnls(root.T, -np.linalg.solve(root, room + rows @ step))[0]
+    return LimitedStep(step + given @ multipliers, float(multipliers @ spread @ multipliers))

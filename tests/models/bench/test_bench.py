@@ -13,6 +13,7 @@ import fe
 import models
 from models.bench import identify as identification, joint
 from models.bench.marginal import own_error
+from models.bench.scatter import weighed
 from models.forward.bench_forward import ASTRAY
 from models.inverse import marginal_search
 
@@ -227,7 +228,7 @@ def test_an_error_of_the_model_says_nothing_of_what_touches_of_unknown_force_tak
     problem = joint.pose(made, prior, None, ["young", "thickness_x"], forward)
     state = joint.start(problem)
     seen = joint.views(forward, problem)
-    problem = replace(joint.weighed(problem, seen, state, 0.0), discrepancy=0.0)
+    problem = replace(weighed(problem, seen, state, 0.0), discrepancy=0.0)
     young, uneven = np.diag(identification._shared_slope(problem, seen, state, 0.5))
     assert 0.0 <= young < 1e-6 * uneven
 
