@@ -70,6 +70,7 @@ from .tiles.aliasing import (
     aliasing_left as aliasing_left,
     gain_left as gain_left,
 )
+from .tiles.fixed_pattern import fixed_pattern_sums as fixed_pattern_sums
 from .tiles.preparation import prepare_tiles as prepare_tiles
 from .tiles.smooth_gradient import tile_prefilter as tile_prefilter
 from .tiles.tile_field import (

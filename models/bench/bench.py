@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import nan, sqrt
+from math import inf, nan, sqrt
 
 import numpy as np
 
@@ -74,6 +74,9 @@ class BenchEstimate:
     measured : tuple of str
         Numbers that were measured together before any press, as a camera is by boards: of these
         alone the prior has correlations, and none is a cause that may be absent.
+    fixed_pattern : (float, float)
+        Variance of a pattern of the sensor, which stands still while the plate moves, and its
+        standard deviation, grey levels²; infinite where none is known.
     shown : BenchEstimate, optional
         What presses show with all numbers free, where only some of them were asked for; else None.
     """
@@ -90,6 +93,7 @@ class BenchEstimate:
     label_sigma: tuple[float, float] = (nan, nan)
     touches: F64 = field(default_factory=lambda: np.empty((0, 3)))
     measured: tuple[str, ...] = ()
+    fixed_pattern: tuple[float, float] = (0.0, inf)
     shown: BenchEstimate | None = None
 
     @property

@@ -10,7 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 import models
-from rig.calibration.bench_presses import ShownPress, bench_as_known, measured
+from rig.calibration.bench_presses import (
+    ShownPress,
+    bench_as_known,
+    measured,
+    with_fixed_pattern,
+)
 from rig.calibration.press_images import ordered_images
 from rig.calibration.store import Calibration
 from rig.camera.files import read_grey
@@ -21,7 +26,7 @@ from rig.live.hidden_parts import HiddenParts
 from rig.live.known_bench import KnownBench
 from rig.live.visibility import SLIGHT
 from rig.scene import Scene
-from rig.system.arrays import AnyArray
+from rig.system.arrays import F32, AnyArray
 
 TOUCHES = 8  # are enough to tell one cause from another
 _LOOKED_AT = 40  # images, spread over all
@@ -109,19 +114,28 @@ def diagnosed(
 
 
 def shown_touches(chain: Chain, images: Iterable[tuple[str, AnyArray]]) -> list[ShownPress]:
-    """Measure up to `TOUCHES` single touches at places far apart, in the order of named images."""
+    """Measure up to `TOUCHES` single touches at places far apart, in the order of named images.
+
+    What they show of a pattern of the sensor is taken out of all of them.
+    """
     found: list[ShownPress] = []
+    taken: list[tuple[str, F32]] = []
     for name, grey in images:
+        image = np.asarray(grey, dtype=np.float32)
         try:
-            shown = measured(chain, np.asarray(grey, dtype=np.float32), None, name)
+            shown = measured(chain, image, None, name)
         except ValueError:  # nobody touches the plate here
             continue
         near = any(np.hypot(*(shown.touch[:2] - one.touch[:2])) < _APART for one in found)
         if shown.touch[2] >= _MIN_FORCE and not near:
             found.append(shown)
+            taken.append((name, image))
         if len(found) == TOUCHES:
             break
-    return found
+    chain = with_fixed_pattern(chain, ((image, None) for _, image in taken))
+    if not chain.fixed_pattern.variance:
+        return found
+    return [measured(chain, image, None, name) for name, image in taken]
 
 
 def occlusion(parts: HiddenParts, shown: Sequence[ShownPress]) -> str:

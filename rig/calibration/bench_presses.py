@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import hypot, inf, nan
 from pathlib import Path
@@ -20,7 +20,13 @@ from rig.live.bench import Bench, build_bench
 from rig.live.chain import Chain
 from rig.live.frame_estimate import STRANGE
 from rig.live.known_bench import KnownBench
-from rig.live.registration import Registered, jumped, register, strangeness
+from rig.live.registration import (
+    Registered,
+    jumped,
+    register,
+    shown_fixed_pattern,
+    strangeness,
+)
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F32, F64, Mask
@@ -200,6 +206,7 @@ def identify_by_images(
     ValueError
         If the bench is exact, no touch is found where one is listed, or most are found elsewhere.
     """
+    chain = knowing_presses(chain, seen)
     shown = [(one, shown_press(chain, one, image)) for one, image in seen]
     return identify_shown(bench, chain, shown, free, report)
 
@@ -223,7 +230,8 @@ def identify_shown(
     presses = [_press(one, each, place, frames) for one, each in shown]
     look = KnownBench(bench.known, bench.camera).look(chain.pattern)
     names = free or tuple(name for name, _ in models.BENCH)
-    return models.identify(forward, presses, bench.known, look, names, report)
+    known = replace(bench.known, fixed_pattern=chain.fixed_pattern.stated)
+    return models.identify(forward, presses, known, look, names, report)
 
 
 def usual_bench(scene: Scene, known: Calibration, report: Callable[[int, int], None]) -> Bench:
@@ -283,8 +291,17 @@ def shown_press(chain: Chain, one: Listed, image: F32) -> ShownPress:
     ValueError
         If the image cannot be used, or shows no touch.
     """
-    start = None if one.place is None else np.array([[*one.place, one.force or _START]])
-    return measured(chain, image, start, one.press)
+    return measured(chain, image, _start(one), one.press)
+
+
+def _start(one: Listed) -> F64 | None:
+    """Touch (1, 3) of a press as it is listed; None where its place is not known."""
+    return None if one.place is None else np.array([[*one.place, one.force or _START]])
+
+
+def knowing_presses(chain: Chain, seen: Iterable[tuple[Listed, F32]]) -> Chain:
+    """Let a chain know what the images of all presses show of the sensor."""
+    return with_fixed_pattern(chain, ((image, _start(one)) for one, image in seen))
 
 
 def _press(one: Listed, shown: ShownPress, place: float, reference_frames: int) -> models.Press:
@@ -335,10 +352,19 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> ShownPre
     return ShownPress(touch, sigma, white, whitening, moved, errors, evident, seen.hidden)
 
 
+def with_fixed_pattern(chain: Chain, images: Iterable[tuple[F32, F64 | None]]) -> Chain:
+    """Let a chain know what images show of the sensor, each with a start as `measured` takes it."""
+    fixed = chain.fixed_pattern
+    for image, start in images:
+        fixed = fixed.with_frame(shown_fixed_pattern(chain, _registered(chain, image, start)))
+    return replace(chain, fixed_pattern=fixed)
+
+
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:
     """Move the reference to an image; the camera may have jumped since, or the plate moved far."""
     still, watch = chain.pattern.still(), Stopwatch(lambda: 0.0)
-    seen = register(chain, image, still, watch)
+    fixed = chain.fixed_pattern
+    seen = register(chain, image, still, watch, fixed)
     if seen.hidden_fraction <= STRANGE:
         return seen
     starts = [jumped(chain, image, still, watch)]
@@ -347,5 +373,5 @@ def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:
         motions = chain.pattern.motions
         pressed[: motions.fields] = motions.modal_amplitudes(start[:, :2], start[:, 2])
         starts.append(pressed)
-    others = [register(chain, image, moved, watch) for moved in starts]
+    others = [register(chain, image, moved, watch, fixed) for moved in starts]
     return min(seen, *others, key=strangeness)

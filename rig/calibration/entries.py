@@ -263,6 +263,10 @@ class BenchEntry(Dated):
     memory: float = Field(
         default=0.05, ge=0, lt=1, description="fraction of a touch left when it ended, its σ"
     )
+    fixed_pattern: tuple[Spread, Annotated[Spread, Field(gt=0)]] | None = Field(
+        default=None,
+        description="variance of a pattern of the sensor and its standard deviation, grey levels²",
+    )
     error_force: Spread | None = Field(
         default=None, description="RMS of held-out forces, as a fraction"
     )

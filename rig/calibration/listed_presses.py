@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import fe
-from rig.calibration.bench_presses import Listed, ShownPress, shown_press
+from rig.calibration.bench_presses import Listed, ShownPress, knowing_presses, shown_press
 from rig.calibration.collect import Taken
 from rig.calibration.press_images import PressImages
 from rig.live.baseline import still_reference
@@ -55,10 +55,12 @@ def see_presses(bench: Bench, listed: Sequence[Listed], images: PressImages) -> 
         If something moves in the first images, or half of the presses or more do not count: then
         the list is another's.
     """
+    seen = list(zip(listed, images.means, strict=True))
     chain = bench.prepare(still_reference(images.reference))[0]
+    chain = knowing_presses(chain, seen)
     shown: list[tuple[Listed, ShownPress]] = []
     left_out: list[str] = []
-    for one, image in zip(listed, images.means, strict=True):
+    for one, image in seen:
         try:
             each = shown_press(chain, one, image)
         except ValueError as error:

@@ -140,6 +140,7 @@ def bench_entry(part: models.BenchEstimate, now: datetime, on: FoundOn | None) -
         measured=part.measured,
         discrepancy=part.discrepancy,
         memory=part.memory,
+        fixed_pattern=part.fixed_pattern if isfinite(part.fixed_pattern[1]) else None,
         converged=part.converged,
         outliers=part.outliers,
         found_on=on,

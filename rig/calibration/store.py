@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from datetime import UTC, datetime, timedelta
 from importlib import resources
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -147,7 +148,8 @@ class Calibration(Section):
             )
         values, prior = np.array(part.values), np.array(part.prior)
         known = values, covariance, part.discrepancy, prior, part.memory
-        return models.BenchEstimate(*known, measured=part.measured)
+        fixed_pattern = part.fixed_pattern or (0.0, inf)
+        return models.BenchEstimate(*known, measured=part.measured, fixed_pattern=fixed_pattern)
 
     def on_bench(self, known: models.BenchEstimate | None) -> Calibration:
         """Return the same with what is known of the bench now, where it is more."""

@@ -19,6 +19,7 @@ from dic import (
 )
 from models import Estimator, ImageMotions, MotionErrors, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
+from rig.live.fixed_pattern import NO_FIXED_PATTERN, FixedPattern
 from rig.live.focus import BlurTrace, blur_traces
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
@@ -58,6 +59,8 @@ class Chain:
         How the plate rings and creeps, where each frame is not taken as an equilibrium.
     start : TouchStart or None
         What proposes touches to a frame that follows none, in the place of a search.
+    fixed_pattern : FixedPattern
+        What is known of a pattern of the sensor before any frame.
     """
 
     reference: TileReference
@@ -69,6 +72,7 @@ class Chain:
     blurs: tuple[BlurTrace, ...]
     in_time: PlateInTime | None = None
     start: TouchStart | None = None
+    fixed_pattern: FixedPattern = NO_FIXED_PATTERN
 
     @property
     def pattern(self) -> TilePattern:
@@ -155,7 +159,8 @@ def prepare_chain(
     start = None if net is None else prepare_start(net, estimator)
     masked = MaskedModels(pattern, estimator, noise)
     blurs, own = blur_traces(tiles, without_light, weight), reference.noise
-    return Chain(tile_reference, tiles, masked, noise, own, weight, blurs, in_time, start)
+    fixed = NO_FIXED_PATTERN if bench is None else FixedPattern.of(*bench.fixed_pattern)
+    return Chain(tile_reference, tiles, masked, noise, own, weight, blurs, in_time, start, fixed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +181,8 @@ class ChainState:
         Touches that ended; empty where the bench is exact.
     past : Past
         How the plate rings and what it has crept to, where that is followed.
+    fixed_pattern : FixedPattern
+        What frames have shown of a pattern of the sensor.
     """
 
     motion: F64
@@ -184,9 +191,16 @@ class ChainState:
     from_strain: F64
     memory: Memory = field(default_factory=Memory)
     past: Past = field(default_factory=Past)
+    fixed_pattern: FixedPattern = NO_FIXED_PATTERN
 
 
 def at_rest(chain: Chain) -> ChainState:
     """Nothing moved and nothing touches."""
     none = np.empty((0, 3))
-    return ChainState(chain.pattern.still(), np.zeros(chain.pattern.count), none, none)
+    return ChainState(
+        chain.pattern.still(),
+        np.zeros(chain.pattern.count),
+        none,
+        none,
+        fixed_pattern=chain.fixed_pattern,
+    )

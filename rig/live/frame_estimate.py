@@ -11,8 +11,15 @@ from models import Estimate, Result
 from rig.live.baseline import is_consistent, update_drift
 from rig.live.chain import Chain, ChainState
 from rig.live.fitted import fitted, touches_of
+from rig.live.fixed_pattern import FixedPattern
 from rig.live.plate_in_time import MeasuredFrame, PlateInTime
-from rig.live.registration import Registered, jumped, register, strangeness
+from rig.live.registration import (
+    Registered,
+    jumped,
+    register,
+    shown_fixed_pattern,
+    strangeness,
+)
 from rig.live.touch_start import begin
 from rig.live.visibility import SLIGHT
 from rig.system.arrays import F64, AnyArray, Mask
@@ -100,7 +107,8 @@ def estimate_frame(
     that came between two frames may have moved them by more than they can be followed: the
     reference is moved as the touches that were found would move it. Where much looks strange still
     the camera may have jumped. The guess in which less looks strange counts; where the reference
-    still moves on in that, the frame says nothing.
+    still moves on in that, the frame says nothing. A pattern of the sensor is taken
+    out from the first frame on that shows it.
 
     Parameters
     ----------
@@ -111,11 +119,24 @@ def estimate_frame(
         When the frame was complete; without it the plate is taken as one at equilibrium.
     """
     seen, found = _found(chain, image, state, watch, drift, time)
-    if seen.settled or found.unusable_reason:
+    if found.unusable_reason:
         return found
+    if seen.settled:
+        after = replace(state, fixed_pattern=_fixed_pattern(chain, seen, found))
+        if after.fixed_pattern.variance and not state.fixed_pattern.variance:
+            found = _found(chain, image, after, watch, drift, time)[1]
+        return replace(found, state=replace(found.state, fixed_pattern=after.fixed_pattern))
     why = f"the pattern moves farther than it can be followed: it is found {seen.off:.1f} px on"
     kept = replace(found.state, rest=state.rest, memory=state.memory, past=state.past)
     return replace(found, estimate=NO_ESTIMATE, unusable_reason=why, state=kept, measured=None)
+
+
+def _fixed_pattern(chain: Chain, seen: Registered, found: FrameEstimate) -> FixedPattern:
+    """Say what this frame and those before it show of a pattern of the sensor."""
+    known = found.state.fixed_pattern
+    if known.is_known(chain.pixel_noise) or not found.whole_and_clear:
+        return known
+    return known.with_frame(shown_fixed_pattern(chain, seen))
 
 
 def _found(
@@ -127,13 +148,14 @@ def _found(
     time: float | None,
 ) -> tuple[Registered, FrameEstimate]:
     """Guess how the frame has moved, and find the touches in the best guess."""
-    seen = register(chain, image, state.motion, watch)
+    fixed = state.fixed_pattern
+    seen = register(chain, image, state.motion, watch, fixed)
     found = _estimated(chain, seen, state, watch, drift, time)
     for _ in range(GUESSES):
         explained = not found.hidden.any() or is_consistent(found.estimate)
         if found.unusable_reason or (seen.settled and explained):
             break
-        guessed = register(chain, image, found.state.motion, watch)
+        guessed = register(chain, image, found.state.motion, watch, fixed)
         if not strangeness(guessed) < strangeness(seen):
             break
         # On an exact bench nothing but the search depends on the touches of the frame before.
@@ -144,7 +166,8 @@ def _found(
         found.hidden_fraction <= STRANGE or is_consistent(found.estimate)
     ):
         return seen, found
-    other = register(chain, image, jumped(chain, image, state.motion, watch), watch)
+    moved = jumped(chain, image, state.motion, watch)
+    other = register(chain, image, moved, watch, fixed)
     if strangeness(other) < strangeness(seen):
         return other, _estimated(chain, other, state, watch, drift, time)
     return seen, found

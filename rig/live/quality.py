@@ -14,6 +14,7 @@ from rig.live.visibility import SLIGHT, contrast
 NOISY = 1.3  # times the noise of the reference
 DIM, BRIGHT = 0.7, 1.3  # times the light of the reference
 SOFT = 0.4  # px of blur, from which on a frame says so
+STANDING = 0.5  # grey levels, rms: less is there in a good camera
 BUMPED = 1.0  # px; a camera on a firm stand creeps by tenths
 COARSE = 5.0  # mm, half a fingertip
 
@@ -32,6 +33,7 @@ def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
         _noise(noise, at_rest),
         _light(contrast(sums, shown, tiles.size) if visible else float("nan")),
         _focus(frame_estimate.blur),
+        _sensor(frame_estimate.state.fixed_pattern.level),
         _pattern(chain),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
         _uncertainty(frame_estimate.estimate),
@@ -65,6 +67,12 @@ def _focus(blur: float) -> Sign:
     if abs(blur) < SOFT:
         return Sign("focus", "as at rest", False)
     return Sign("focus", f"{'blurred' if blur > 0 else 'sharper'} by {abs(blur):.1f} px", True)
+
+
+def _sensor(level: float) -> Sign:
+    if level < STANDING:
+        return Sign("sensor", "shows nothing of its own", False)
+    return Sign("sensor", f"{level:.1f} grey levels stand still: clean it", True)
 
 
 def _light(light: float) -> Sign:

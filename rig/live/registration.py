@@ -8,8 +8,9 @@ from math import sqrt
 import numpy as np
 
 from dic import TileSums, tile_sums
-from models import TilePattern, fit_tiles
+from models import TileFit, TilePattern, fit_tiles
 from rig.live.chain import Chain
+from rig.live.fixed_pattern import NO_FIXED_PATTERN, FixedPattern, fixed_pattern
 from rig.live.focus import FoundBlur, find_blur
 from rig.live.illumination import (
     contrast_loss,
@@ -58,6 +59,8 @@ class Registered:
         Of the frame since the reference; None where the frame says nothing.
     noise : float, grey levels
         Of a pixel of the frame less the reference, the blur aside.
+    fit : TileFit or None
+        Of the tiles; None where the frame says nothing.
     """
 
     sums: TileSums
@@ -71,6 +74,7 @@ class Registered:
     contrast: F64 = field(default_factory=lambda: np.empty(0))
     blur: FoundBlur | None = None
     noise: float = 0.0
+    fit: TileFit | None = None
 
     @property
     def slopes_left(self) -> float:
@@ -107,21 +111,33 @@ class Registered:
         return self.off <= MAX_OFF
 
 
-def register(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
-    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
-    seen = _compared(chain, image, moved, watch)
+def register(
+    chain: Chain,
+    image: AnyArray,
+    moved: F64,
+    watch: Stopwatch,
+    fixed: FixedPattern = NO_FIXED_PATTERN,
+) -> Registered:
+    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it.
+
+    A pattern of the sensor is taken out, as far as it is known.
+    """
+    seen = _compared(chain, image, moved, watch, fixed)
     for _ in range(MAX_ITERATIONS - 1):
         if seen.unusable_reason or (seen.settled and seen.off * seen.missed <= MISSED):
             break
-        seen = _compared(chain, image, seen.motion, watch)
+        seen = _compared(chain, image, seen.motion, watch, fixed)
     return seen
 
 
-def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
+def _compared(
+    chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch, fixed: FixedPattern
+) -> Registered:
     """Compare a frame with the reference moved by `moved` (K + R,)."""
     with watch.stage("correlate"):
         flow, flow_gradient = chain.pattern.motions.flow_and_gradient(moved)
         sums = tile_sums(chain.reference, image, flow, flow_gradient)
+        sums = fixed.taken_out(chain.reference, sums)
     with watch.stage("mask"):
         on_plate, pattern = chain.pattern.motions.on_plate, chain.pattern
         fit = fit_tiles(chain.reference, sums)
@@ -145,7 +161,17 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         off = chain.pattern.motions.max_motion(motion - moved)
         left = sqrt(max(noise**2 - MARGIN * blur.unexplained**2, 0.0))
         seen = contrast[visible]
-        return Registered(sums, hidden, fraction, "", pattern, right, motion, off, seen, blur, left)
+        return Registered(
+            sums, hidden, fraction, "", pattern, right, motion, off, seen, blur, left, fit
+        )
+
+
+def shown_fixed_pattern(chain: Chain, seen: Registered) -> FixedPattern:
+    """Find what a frame shows of a pattern of the sensor."""
+    if seen.fit is None:
+        return NO_FIXED_PATTERN
+    visible = chain.pattern.motions.on_plate & ~seen.hidden
+    return fixed_pattern(chain.reference, seen.sums, seen.fit, visible)
 
 
 def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:

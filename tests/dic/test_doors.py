@@ -136,6 +136,7 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "tile_gradient": {"blocks": "blocks", "sums": "sums"},
     "tile_displacement": {"blocks": "blocks", "sums": "sums", "noise": 2.0},
     "unbiased_gradient": {"reference": "tiles", "sums": "sums"},
+    "fixed_pattern_sums": {"reference": "tiles", "flow": np.ones((12, 2))},
     "aliasing_left": {"flow": np.ones((4, 2))},
     "gain_left": {"flow": np.ones((4, 2))},
 }  # fmt: skip

@@ -78,12 +78,12 @@ def bench():
 
 
 def test_a_calibration_holds_the_bench(tmp_path):
-    made = bench()
+    made = replace(bench(), fixed_pattern=(8.7, 0.3))
     keep(tmp_path / "my.calibration.json", made)
     kept = read_calibration(tmp_path / "my.calibration.json")
     assert (kept.bench.error, kept.bench.error_force) == (0.21, 0.004)
     again = kept.known_bench()
-    for name in ("values", "covariance", "prior", "discrepancy", "memory"):
+    for name in ("values", "covariance", "prior", "discrepancy", "memory", "fixed_pattern"):
         assert np.array_equal(getattr(again, name), getattr(made, name))
 
 
@@ -92,6 +92,7 @@ def test_a_bench_of_presses_at_unknown_places_is_kept_without_an_error(tmp_path)
     kept = read_calibration(tmp_path / "my.calibration.json")
     assert (kept.bench.error, kept.bench.error_force) == (None, None)
     assert np.array_equal(kept.known_bench().values, bench().values)
+    assert kept.known_bench().fixed_pattern == bench().fixed_pattern
 
 
 def test_a_bench_of_other_numbers_is_refused():
