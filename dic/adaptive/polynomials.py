@@ -13,9 +13,9 @@ _THRESHOLD = 2.8  # σ above which a coefficient is taken for signal in the firs
 _ALWAYS = 2  # total degree below which coefficients are kept: shift and plane
 _FAINT = 1.0  # (pilot/σ)² below which a coefficient is dropped
 _CLEAR, _BESIDE = 0.8, 0.4  # a gain that is signal for certain, and what it says of the next one
-_SHIFT, _PLANE = 0.5, 0.35  # of their variance in one block, that the mean of blocks keeps
+_SHIFT, _PLANE = 0.62, 0.35  # of their variance in one block, that the mean of blocks keeps
 _WIDE = 48  # points along a side, from which a block stands less among others and bends more
-_WIDE_SHIFT, _WIDE_PLANE, _BENT = 0.8, 0.32, 1.3
+_WIDE_SHIFT, _WIDE_PLANE, _BENT = 0.85, 0.32, 1.3
 _TINY = np.float32(1e-30)
 VALUE, ALONG_X, ALONG_Y = 0, 1, 2
 

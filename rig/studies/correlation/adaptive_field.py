@@ -35,6 +35,7 @@ from rig.system.arrays import F64, AnyArray, Mask
 
 NOISE = 2.0  # grey levels
 DRAWS = 3
+STATED_SEEDS = range(40, 56)  # a field that hardly bends errs by a few numbers, new in each
 SUBSETS, WINDOWS = (15, 21, 31, 45), (9, 15, 21)
 STRAIN_WINDOWS = (5, 9, 15, 21, 31, 41)
 BANDS_BAR = {"adaptive": (at_most(0.75), at_most(0.7)), "net": (at_most(0.5), at_most(0.5))}
@@ -246,7 +247,7 @@ def sigma() -> Iterator[Figure]:
         for name, estimate in ESTIMATES.items():
             stated: dict[str, list[F64]] = {"u, v": [], "strain": []}
             off: dict[str, list[F64]] = {"u, v": [], "strain": []}
-            for seed in range(DRAWS):
+            for seed in STATED_SEEDS:
                 known = kind(seed)
                 found = estimate(*pair(known, seed))
                 here = known.inside(found.xy) & found.valid

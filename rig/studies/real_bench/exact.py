@@ -1,6 +1,6 @@
 """A bench of which nothing is wrong and nothing unknown, with and without inference of it.
 
-Parts: exact, thick. The same images of 100 touches are read by an estimator that takes the scene
+Parts: exact, thick. The same images of 400 touches are read by an estimator that takes the scene
 for granted (`estimator.bench = "exact"`, `plate.theory = "large"`) and by one that infers a bench
 of which every number is known; how far the plate in modes is off beside them it says as nine
 presses on this bench show it. *Worse by*: the largest of what the second one has more of: place
@@ -30,7 +30,7 @@ from rig.studies.real_bench.session import write_presses, write_scene, write_tou
 from rig.studies.real_bench.truth import Truth
 from rig.studies.study import line, run
 
-SEED, TOUCHES = 3, 100
+SEED, TOUCHES = 3, 400
 TABLE = "Nothing wrong, nothing unknown"
 EXACT = {"estimator.bench": "exact", "plate.theory": "large"}
 _THICK = 2.0  # mm
