@@ -16,7 +16,7 @@ import dic
 from models import TileFit
 from rig.system.arrays import F64, Mask
 
-MOVED = 0.05  # px, which some tile must move by to say anything
+MOVED = 0.3  # px, which some tile must move by: below it this and aliasing look alike
 GROUPS = 16  # of tiles that moved by about as much, each of which counts by its median:
 # where a hand covers a part of a tile, that is no pattern of the sensor
 SURE = 6.0  # standard deviations of its variance, below which there is none
