@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import hypot, inf, nan
 from pathlib import Path
@@ -356,15 +357,15 @@ def with_fixed_pattern(chain: Chain, images: Iterable[tuple[F32, F64 | None]]) -
     """Let a chain know what images show of the sensor, each with a start as `measured` takes it."""
     fixed = chain.fixed_pattern
     for image, start in images:
-        fixed = fixed.with_frame(shown_fixed_pattern(chain, _registered(chain, image, start)))
+        with suppress(ValueError):  # an image that cannot be used is named where it is measured
+            fixed = fixed.with_frame(shown_fixed_pattern(chain, _registered(chain, image, start)))
     return replace(chain, fixed_pattern=fixed)
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:
     """Move the reference to an image; the camera may have jumped since, or the plate moved far."""
     still, watch = chain.pattern.still(), Stopwatch(lambda: 0.0)
-    fixed = chain.fixed_pattern
-    seen = register(chain, image, still, watch, fixed)
+    seen = register(chain, image, still, watch)
     if seen.hidden_fraction <= STRANGE:
         return seen
     starts = [jumped(chain, image, still, watch)]
@@ -373,5 +374,5 @@ def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:
         motions = chain.pattern.motions
         pressed[: motions.fields] = motions.modal_amplitudes(start[:, :2], start[:, 2])
         starts.append(pressed)
-    others = [register(chain, image, moved, watch, fixed) for moved in starts]
+    others = [register(chain, image, moved, watch) for moved in starts]
     return min(seen, *others, key=strangeness)

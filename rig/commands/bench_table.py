@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import isfinite
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,6 +49,7 @@ def described(
         ],
         "discrepancy": bench.discrepancy,
         "memory": bench.memory,
+        "fixed_pattern_grey_levels": sqrt(bench.fixed_pattern[0]),
         "held_out": None
         if held is None
         else {
@@ -109,6 +110,11 @@ def _cautions(
         yield f"the listed places scatter by {place:.1f} mm about those that the presses show"
     if force > _FORCE:
         yield f"the listed forces contradict each other: they scatter by {force:.0%}"
+    if variance := bench.fixed_pattern[0]:
+        yield (
+            f"the sensor has a fixed pattern of {sqrt(variance):.1f} grey levels, which is taken"
+            " out; clean it and calibrate again"
+        )
     if len(presses) < _FEW:
         yield (
             f"{len(presses)} presses leave most numbers as uncertain as before; press at {_FEW}"

@@ -71,8 +71,8 @@ def _focus(blur: float) -> Sign:
 
 def _sensor(level: float) -> Sign:
     if level < STANDING:
-        return Sign("sensor", "shows nothing of its own", False)
-    return Sign("sensor", f"{level:.1f} grey levels stand still: clean it", True)
+        return Sign("sensor", "no fixed pattern seen", False)
+    return Sign("sensor", f"fixed pattern of {level:.1f} grey levels: clean it", True)
 
 
 def _light(light: float) -> Sign:

@@ -116,12 +116,13 @@ def register(
     image: AnyArray,
     moved: F64,
     watch: Stopwatch,
-    fixed: FixedPattern = NO_FIXED_PATTERN,
+    fixed: FixedPattern | None = None,
 ) -> Registered:
     """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it.
 
-    A pattern of the sensor is taken out, as far as it is known.
+    A pattern of the sensor is taken out, as far as it is known: by the chain, or more by now.
     """
+    fixed = chain.fixed_pattern if fixed is None else fixed
     seen = _compared(chain, image, moved, watch, fixed)
     for _ in range(MAX_ITERATIONS - 1):
         if seen.unusable_reason or (seen.settled and seen.off * seen.missed <= MISSED):

@@ -69,6 +69,10 @@ SPREAD = [(x, y, 2.0) for x in (50, 127, 200) for y in (40, 100, 160)]
             replace(found(SPREAD), outliers=(1, 4)),
             ["do not agree with the others, and are not among the held-out: press p1, p4"],
         ),
+        (
+            replace(found(SPREAD), fixed_pattern=(9.0, 0.2)),
+            ["the sensor has a fixed pattern of 3.0 grey levels, which is taken out"],
+        ),
     ],
 )
 def test_what_makes_a_bench_unsure_is_said(bench, says):
