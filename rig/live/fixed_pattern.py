@@ -59,6 +59,11 @@ class FixedPattern:
         """Its standard deviation, grey levels."""
         return sqrt(self.variance)
 
+    @property
+    def detectable(self) -> float:
+        """Standard deviation, grey levels, of one that would be known by now; infinite at first."""
+        return sqrt(SURE) * self.precision**-0.25 if self.precision else inf
+
     def with_frame(self, frame: FixedPattern) -> FixedPattern:
         """Put what another frame shows with it."""
         return FixedPattern(self.precision + frame.precision, self.shown + frame.shown)

@@ -7,6 +7,7 @@ import numpy as np
 from models import Estimate, noise_from_sums
 from rig.live.baseline import is_consistent
 from rig.live.chain import Chain
+from rig.live.fixed_pattern import FixedPattern
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.snapshot import Sign
 from rig.live.visibility import SLIGHT, contrast
@@ -33,8 +34,8 @@ def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
         _noise(noise, at_rest),
         _light(contrast(sums, shown, tiles.size) if visible else float("nan")),
         _focus(frame_estimate.blur),
-        _sensor(frame_estimate.state.fixed_pattern.level),
-        _pattern(chain),
+        _sensor(frame_estimate.state.fixed_pattern),
+        _pattern(chain, frame_estimate.state.fixed_pattern.level),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
         _uncertainty(frame_estimate.estimate),
     )
@@ -52,10 +53,14 @@ def _noise(noise: float, at_rest: float) -> Sign:
     return Sign("noise", f"{noise:.1f} grey levels, {at_rest:.1f} at rest", noise > NOISY * at_rest)
 
 
-def _pattern(chain: Chain) -> Sign:
-    """Error that too fine a pattern leaves in a tile; it warns where noise leaves less."""
+def _pattern(chain: Chain, standing: float) -> Sign:
+    """Error that too fine a pattern leaves in a tile; it warns where noise leaves less.
+
+    What stands still on the sensor is as fine as noise is, and no lens blurs it.
+    """
     reference = chain.reference
-    noise = chain.pixel_noise / reference.steepness(chain.pattern.motions.on_plate)
+    steepness = reference.steepness(chain.pattern.motions.on_plate)
+    noise = np.hypot(chain.pixel_noise, standing) / steepness
     aliasing, sigma = reference.aliasing, reference.prefilter.sigma
     too_fine = aliasing > noise
     text = f"{aliasing:.3f} px aliased"
@@ -69,10 +74,13 @@ def _focus(blur: float) -> Sign:
     return Sign("focus", f"{'blurred' if blur > 0 else 'sharper'} by {abs(blur):.1f} px", True)
 
 
-def _sensor(level: float) -> Sign:
-    if level < STANDING:
-        return Sign("sensor", "no fixed pattern seen", False)
-    return Sign("sensor", f"fixed pattern of {level:.1f} grey levels: clean it", True)
+def _sensor(found: FixedPattern) -> Sign:
+    if found.level >= STANDING:
+        return Sign("sensor", f"fixed pattern of {found.level:.1f} grey levels: clean it", True)
+    if not found.precision:
+        return Sign("sensor", "not known before the plate moves", False)
+    seen_from = max(found.detectable, STANDING)
+    return Sign("sensor", f"fixed pattern below {seen_from:.1f} grey levels", False)
 
 
 def _light(light: float) -> Sign:

@@ -72,7 +72,11 @@ def test_a_clean_sensor_has_none_whatever_the_print(run, softness):
     found = run(0.0, {} if softness is None else {"pattern.softness": softness})
     _, chain, last = found[-1]
     assert last.state.fixed_pattern.level < 0.3
-    assert not any(sign.name == "sensor" and sign.warns for sign in signs(chain, last))
+    (sensor,) = (sign for sign in signs(chain, last) if sign.name == "sensor")
+    bound = last.state.fixed_pattern.detectable
+    assert sensor.says == f"fixed pattern below {bound:.1f} grey levels"
+    assert bound < 3.0
+    assert not sensor.warns
 
 
 def test_images_of_presses_show_it_to_all_of_them(small):

@@ -10,6 +10,7 @@ import fe
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.chain import at_rest
+from rig.live.fixed_pattern import FixedPattern
 from rig.live.frame_estimate import estimate_frame
 from rig.live.quality import signs
 from rig.sources.twin import build_twin
@@ -44,6 +45,7 @@ def test_a_frame_at_rest_gives_no_warning(look):
     assert found["visible pattern"].says == "100%"
     assert found["light"].says == "100% of that at rest"
     assert found["touch, σ"].says == "–"
+    assert found["sensor"].says == "not known before the plate moves"
 
 
 def test_a_touch_says_how_sure_it_is(look):
@@ -87,14 +89,33 @@ def test_a_image_without_a_pattern_tells_no_misfit(look):
 
 
 def test_a_pattern_too_fine_for_the_pixels_is_said(small):
-    scene = small()
+    chain, image = chain_and_image(small())
+    references = replace(chain.reference, aliasing=1.0), replace(chain.reference, aliasing=0.0)
+    for reference, warns in zip(references, (True, False), strict=True):
+        fine = replace(chain, reference=reference)
+        assert pattern_sign(fine, image, at_rest(fine)).warns == warns
+
+
+@pytest.mark.parametrize(("level", "warns"), [(0.0, True), (3.0, False)])
+def test_what_stands_on_the_sensor_is_not_blurred_by_a_lens(small, level, warns):
+    chain, image = chain_and_image(small())
+    left = chain.pixel_noise / chain.reference.steepness(chain.pattern.motions.on_plate)
+    fine = replace(chain, reference=replace(chain.reference, aliasing=1.2 * left))
+    known = FixedPattern.of(level**2, 0.01)
+    state = replace(at_rest(fine), fixed_pattern=known)
+    assert pattern_sign(fine, image, state).warns == warns
+
+
+def chain_and_image(scene):
+    """Prepare a chain, and a frame of the plate at rest."""
     twin = build_twin(scene)
     zero = average_reference([twin.frame(k, ()) for k in range(16)])
     chain, _ = build_bench(scene, lambda done, total: None).prepare(zero)
-    references = replace(chain.reference, aliasing=1.0), replace(chain.reference, aliasing=0.0)
-    image = twin.frame(20, ())
-    for reference, warns in zip(references, (True, False), strict=True):
-        fine = replace(chain, reference=reference)
-        frame_estimate = estimate_frame(fine, image, at_rest(fine), Stopwatch(time.monotonic))
-        (sign,) = (each for each in signs(fine, frame_estimate) if each.name == "pattern")
-        assert sign.warns == warns
+    return chain, twin.frame(20, ())
+
+
+def pattern_sign(chain, image, state):
+    """Give what a frame says of the fineness of the pattern."""
+    frame_estimate = estimate_frame(chain, image, state, Stopwatch(time.monotonic))
+    (sign,) = (each for each in signs(chain, frame_estimate) if each.name == "pattern")
+    return sign
