@@ -210,7 +210,7 @@ def _whitened(
     if len(left):
         likely, shown = left.shown(on, bench)
         predicted = predicted + likely
-        spread += shown.T @ shown
+        spread += shown.T @ shown + left.misshapen(on, bench)
     rows = np.concatenate([(press.measured - predicted)[None], own, on.by_bench(touches)]).T
     white = solve_lower(np.asarray(np.linalg.cholesky(spread), dtype=np.float64), rows)
     white = np.concatenate([white, _known(press, touches)])

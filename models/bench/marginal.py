@@ -131,7 +131,7 @@ def scatter_beside_bench(
     even = np.eye(len(forward.whitening))
     if len(left):
         shown = left.shown(forward, bench)[1]
-        even += shown.T @ shown
+        even += shown.T @ shown + left.misshapen(forward, bench)
     if not len(touches):
         return even
     if forward.rolled is not None:
@@ -158,15 +158,6 @@ def own_error(seen: F64) -> float:
     return float(seen @ seen) / len(seen)
 
 
-def without_memory(forward: BenchForward, bench: BenchEstimate, measured: F64, left: Traces) -> F64:
-    """Take what a plate without touches still shows of those that ended off it, (m,)."""
-    if not len(left):
-        return measured
-    likely, shown = left.shown(forward, bench)
-    rest = measured - likely
-    return rest - np.linalg.solve(np.eye(len(shown)) + shown @ shown.T, shown @ rest) @ shown
-
-
 def traces_after(
     forward: BenchForward, bench: BenchEstimate, measured: F64, touches: F64, left: Traces
 ) -> Traces:
@@ -174,7 +165,7 @@ def traces_after(
     own = forward.left(left.touches) * bench.memory
     predicted, jacobian = forward.read(touches)
     rest = measured - predicted - likely_shift(forward, bench, touches)
-    lower = np.linalg.cholesky(scatter(forward, bench, touches))
+    lower = np.linalg.cholesky(scatter(forward, bench, touches) + left.misshapen(forward, bench))
     rows = np.concatenate([rest[None], jacobian, own]).T
     white = np.asarray(solve_triangular(lower, rows, lower=True, check_finite=False))
     basis = np.linalg.qr(white[:, 1 : 1 + touches.size])[0]

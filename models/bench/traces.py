@@ -68,10 +68,28 @@ class Traces:
     def shown(self, forward: BenchForward, bench: BenchEstimate) -> tuple[F64, F64]:
         """Compute what a measurement shows of them: the most likely, (m,), and how that scatters.
 
-        The covariance of a measurement by what is not known is the square of the second, (3k, m).
+        The covariance of a measurement by what is not known of their numbers is the square of the
+        second, (3k, m).
         """
         seen = bench.memory * forward.left(self.touches)
-        return self.part @ seen, np.linalg.cholesky(self.covariance).T @ seen
+        likely = self.part @ seen
+        away = bench.values - forward.fields.values
+        if away.any():
+            by_bench = away @ forward.left_by_bench(self.touches)
+            likely = likely + bench.memory * self.part[::3] @ by_bench
+        return likely, np.linalg.cholesky(self.covariance).T @ seen
+
+    def misshapen(self, forward: BenchForward, bench: BenchEstimate) -> F64:
+        """Compute the covariance of a measurement by how a bench not known shapes them, (m, m).
+
+        Of each, the product of two numbers that are not known: its part, and how much else it would
+        show on another bench.
+        """
+        size = bench.memory**2 * (np.square(self.part) + np.diag(self.covariance))[::3]
+        by_bench = forward.left_by_bench(self.touches)
+        spread = size[:, None, None] * (bench.covariance @ by_bench)
+        columns = by_bench.shape[2]
+        return spread.reshape(-1, columns).T @ by_bench.reshape(-1, columns)
 
     def updated(self, seen: F64, residual: F64) -> Traces:
         """Take in what a frame tells of them.

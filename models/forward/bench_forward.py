@@ -189,7 +189,7 @@ class BenchForward:
     fields: BenchFields
     whitening: F64
     rolled: Rolled | None = None
-    _left: dict[bytes, F64] = field(default_factory=dict[bytes, F64], repr=False)
+    _left: dict[bytes, fe.Pressed] = field(default_factory=dict[bytes, "fe.Pressed"], repr=False)
     _last: dict[int, tuple[fe.Pressed, F64, F64]] = field(
         default_factory=dict[int, "tuple[fe.Pressed, F64, F64]"], repr=False
     )
@@ -257,10 +257,13 @@ class BenchForward:
 
     def by_bench(self, touches: F64) -> F64:
         """Compute derivatives of the measurement by every number of the bench, (50, m)."""
-        derivatives = np.zeros((len(BENCH), len(self.whitening)))
         if not len(touches):
-            return derivatives
-        state = self._about(touches)
+            return np.zeros((len(BENCH), len(self.whitening)))
+        return self._by_bench(self._about(touches))
+
+    def _by_bench(self, state: fe.Pressed) -> F64:
+        """Compute derivatives of what a state shows by every number of the bench, (50, m)."""
+        derivatives = np.zeros((len(BENCH), len(self.whitening)))
         derivatives[:_PLATE] = (self.reading @ state.by_parameters()).T
         if self.fields.seen is not None:
             seen = self.fields.seen
@@ -285,25 +288,35 @@ class BenchForward:
         Three rows for each: itself, and what it shows more if it pressed a little further along x
         and y, by the standard deviation of where the plate keeps its trace.
         """
-        known = [self._left.get(touch.tobytes()) for touch in touches]
-        known = [
-            self._trace(touch) if values is None else values
-            for values, touch in zip(known, touches, strict=True)
+        shown = [
+            np.concatenate([state.values[None], ASTRAY * state.jacobian().T[:2]])
+            for state in self._ended(touches)
         ]
-        self._left.clear()
-        self._left.update(
-            (touch.tobytes(), values) for touch, values in zip(touches, known, strict=True)
-        )
-        return np.array([values @ self.reading.T for values in known]).reshape(
+        return np.array([values @ self.reading.T for values in shown]).reshape(
             -1, len(self.whitening)
         )
 
-    def _trace(self, touch: F64) -> F64:
-        """All amplitudes of the plate under a touch, and by its place, (3, all of them)."""
+    def left_by_bench(self, touches: F64) -> F64:
+        """Compute derivatives of what each would show by every number of the bench, (n, 50, m)."""
+        shape = len(touches), len(BENCH), len(self.whitening)
+        return np.array([self._by_bench(state) for state in self._ended(touches)]).reshape(shape)
+
+    def _ended(self, touches: F64) -> list[fe.Pressed]:
+        """States of the plate under each of n touches alone; those of the last ones are kept."""
+        keys = [touch.tobytes() for touch in touches]
+        states = [
+            self._left.get(key) or self._alone(touch)
+            for key, touch in zip(keys, touches, strict=True)
+        ]
+        self._left.clear()
+        self._left.update(zip(keys, states, strict=True))
+        return states
+
+    def _alone(self, touch: F64) -> fe.Pressed:
+        """State of the plate under a touch (3,)."""
         # One that slid is taken to have gone on, which may lead beyond an edge.
         on_plate = np.clip(touch, 0.0, (*self.plate.size, np.inf))
-        state = self.fields.bench.press(on_plate[None])
-        return np.concatenate([state.values[None], ASTRAY * state.jacobian().T[:2]])
+        return self.fields.bench.press(on_plate[None])
 
     def through(self, whitening: F64) -> BenchForward:
         """Return the same forward model of another part of the pattern, whitened otherwise."""

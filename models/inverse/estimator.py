@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 import fe
 from models.arrays import F64
 from models.bench.bench import BenchEstimate
-from models.bench.marginal import traces_after, without_memory
+from models.bench.marginal import traces_after
 from models.bench.traces import NO_TRACES, Traces
 from models.checks import check_integer, read_array
 from models.estimate import Estimate
@@ -90,9 +90,9 @@ class Estimator:
 
     def without_memory(self, measured: F64, left: Traces) -> F64:
         """Take what the plate of a bench still shows of touches that ended off it, (m,)."""
-        if self.bench is None or not isinstance(self.forward, BenchForward):
+        if self._uncertain is None or not len(left):
             return measured
-        return without_memory(self.forward, self.bench, measured, left)
+        return self._uncertain.without_memory(measured, left)
 
     def traces_after(self, measured: F64, touches: F64, left: Traces) -> Traces:
         """Take in what a frame (m,) with touches (n, 3) tells of the traces of those that ended."""

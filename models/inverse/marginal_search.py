@@ -123,6 +123,16 @@ class Uncertain:
         state = self.forward.fields.state(touches)
         return replace(there, forward=there.forward.near(state))
 
+    def without_memory(self, measured: F64, left: Traces) -> F64:
+        """Take what a plate without touches still shows of those that ended off it, (m,).
+
+        Of what is measured, noise keeps the part that is its own of all that scatters.
+        """
+        none = np.empty((0, 3))
+        last = self._near_by(none, left)
+        there = marginal(self.forward, self.bench, none, left) if last is None else last.forward
+        return there.whitening.T @ there.whitened(measured)
+
     def _near_by(self, touches: F64, left: Traces) -> Whitened | None:
         """Return what it was whitened by last, where that was near by."""
         last = self._last.get(len(touches))

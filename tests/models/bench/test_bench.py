@@ -496,6 +496,29 @@ def test_a_frame_shows_how_much_of_a_touch_is_left(forward, identified, true):
     assert np.abs(pulls).max() < 2.0
 
 
+def test_a_trace_has_the_shape_of_a_bench_that_is_not_known(forward, true):
+    """Bench and part are drawn; what they show beyond the likeliest trace scatters as stated."""
+    before, traces = models.bench_before(PLATE), models.left_by(ENDED)
+    rng, seen = np.random.default_rng(12), forward.left_by_bench(ENDED)[0]
+    part = rng.standard_normal((20_000, 1))
+    drawn = before.memory * part * (rng.normal(0.0, before.prior, (20_000, len(NAMES))) @ seen)
+    stated = traces.misshapen(forward, before)
+    assert np.trace(drawn.T @ drawn) / 20_000 == pytest.approx(np.trace(stated), rel=0.1)
+    still = 1.5 * before.memory * forward.on(true, None).read(ENDED)[0]
+    misfits = [
+        estimate.p_value
+        for seed in range(10)
+        for estimate in [
+            models.Estimator(forward, bench=before).fit_whitened(
+                still + np.random.default_rng((13, seed)).standard_normal(len(still)), left=traces
+            )
+        ]
+        if not estimate.count
+    ]
+    assert len(misfits) == 10
+    assert np.median(misfits) > 0.05
+
+
 def test_what_is_left_is_known_beside_a_touch_too_and_makes_the_next_one_surer(
     forward, identified, true
 ):
