@@ -17,6 +17,7 @@ _TRUST = 0.25
 _DERIVATIVES = 3
 _TINY = 1e-24  # px², a variance below which numbers end
 _ROUNDS = 8  # in which what a block lacks is filled from what it has
+_APART = 4.0  # of the square by which blocks lie farther apart than σ, that is their error
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,10 @@ def denoise(field: F64, sigma: F64, valid: Mask, pilot: F64 | None) -> BlockFiel
     -----
     Blocks of several sizes lie over one another. What each says of a point counts by the inverse of
     its variance there squared, so large blocks of few coefficients win where the field is smooth.
+    Blocks lie less apart than their σ, for they read the same tiles; where they lie farther apart
+    the field bends within them, and slopes of their mean err by more.
     """
-    totals = np.zeros((2, _DERIVATIVES, 3, *valid.shape))  # Σω value, Σω σ², Σω
+    totals = np.zeros((2, _DERIVATIVES, 4, *valid.shape))  # Σω value, Σω value², Σω σ², Σω
     sigma = np.where(valid, sigma, 0.0)
     planes = [(field[a], sigma[a], None if pilot is None else pilot[a]) for a in range(2)]
     for side, step in SCALES:
@@ -89,12 +92,24 @@ def denoise(field: F64, sigma: F64, valid: Mask, pilot: F64 | None) -> BlockFiel
         wide = replace(wide, starts=wide.starts[whole], weight=_TRUST * wide.weight)
         for each, total in zip(planes, totals, strict=True):
             _add_whole(wide, each, total)
-    weight = totals[:, :, 2]
+    value, square, power, weight = np.moveaxis(totals, 2, 0)
     there = valid & (weight[0, 0] > 0)
     safe = np.where(weight > 0, weight, 1.0)
-    values, variance = totals[:, :, 0] / safe, totals[:, :, 1] / safe
+    values, variance = value / safe, power / safe
+    apart = square / safe - np.square(values)
+    variance[:, 1:] *= _growth(apart[:, 1:], variance[:, 1:])
     values[..., ~there], variance[..., ~there] = np.nan, np.nan
     return BlockField(values, np.sqrt(variance))
+
+
+def _growth(apart: F64, variance: F64) -> F64:
+    """Say by how much more than their variance slopes of a mean of blocks err, (R, C).
+
+    Both arrays are (2, 2, R, C): the mean square by which blocks lie apart, and the variance. All
+    four slopes count together: what bends one bends the others, which noise does not.
+    """
+    ratio = apart.sum(axis=(0, 1)) / np.maximum(variance.sum(axis=(0, 1)), _TINY)
+    return 1.0 + _APART * np.maximum(ratio - 1.0, 0.0)
 
 
 def _lay(shape: tuple[int, int], side: int, step: int) -> _Layout:
@@ -166,5 +181,6 @@ def _overlay(
                     power = max(np.float64(variance[m, j, i]), _TINY)
                     omega = weight / (power * power)
                     totals[0, top + j, left + i] += omega * value[m, j, i]
-                    totals[1, top + j, left + i] += omega * power
-                    totals[2, top + j, left + i] += omega
+                    totals[1, top + j, left + i] += omega * value[m, j, i] * value[m, j, i]
+                    totals[2, top + j, left + i] += omega * power
+                    totals[3, top + j, left + i] += omega
