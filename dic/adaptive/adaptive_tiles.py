@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,9 @@ class AdaptiveTiles:
     values : (2, 3, R, C) float64
         u, ∂u/∂x, ∂u/∂y and v, ∂v/∂x, ∂v/∂y, px and px per tile, of the adaptive field.
     sigma : (2, 3, R, C) float64
+        As blocks by themselves have it.
+    slope_factor : (R, C) float64
+        How many times as unsure slopes are, for blocks lie farther apart than that.
     zncc : (R, C) float64
         Correlation of the tiles around each.
     """
@@ -54,6 +57,7 @@ class AdaptiveTiles:
     bare: Mask
     values: F64
     sigma: F64
+    slope_factor: F64
     zncc: F64
 
 
@@ -91,6 +95,7 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
         bare=seen.bare,
         values=field.values,
         sigma=field.sigma,
+        slope_factor=field.slope_factor,
         zncc=seen.zncc,
     )
 
@@ -106,7 +111,7 @@ def _still_moving(field: BlockField, motion: F64, earlier: F64) -> BlockField:
     sigma = field.sigma.copy()
     for a in range(2):
         sigma[a, 0] = np.hypot(sigma[a, 0], np.sqrt(np.maximum(box(left[a], _AROUND), 0.0)))
-    return BlockField(field.values, sigma)
+    return replace(field, sigma=sigma)
 
 
 def _unexplained(field: BlockField, left: F64, texture: TileTexture) -> BlockField:
@@ -121,13 +126,13 @@ def _unexplained(field: BlockField, left: F64, texture: TileTexture) -> BlockFie
     for a in range(2):
         lost = TILE * np.sqrt(left * texture.even[..., a, a])
         sigma[a] = np.hypot(sigma[a], np.stack([lost, np.pi * lost, np.pi * lost]))
-    return BlockField(field.values, sigma)
+    return replace(field, sigma=sigma)
 
 
 def _truncated(field: BlockField, noise: F64) -> BlockField:
     """Add to σ what tiles of this noise, (2, R, C) px, move beyond second order."""
     lost = truncation(field.values, field.sigma / noise[:, None])
-    return BlockField(field.values, np.hypot(field.sigma, lost))
+    return replace(field, sigma=np.hypot(field.sigma, lost))
 
 
 def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:
@@ -171,5 +176,6 @@ def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:
         bare=np.zeros(shape, bool),
         values=field.values,
         sigma=field.sigma,
+        slope_factor=field.slope_factor,
         zncc=np.ones(shape),
     )

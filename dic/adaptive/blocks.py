@@ -18,6 +18,7 @@ _DERIVATIVES = 3
 _TINY = 1e-24  # px², a variance below which numbers end
 _ROUNDS = 8  # in which what a block lacks is filled from what it has
 _APART = 4.0  # of the square by which blocks lie farther apart than σ, that is their error
+_FARTHEST = 3.0  # times σ, for what is shorter than the blocks that win is not in them
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,14 @@ class BlockField:
     values : (2, 3, R, C) float64
         u, ∂u/∂x, ∂u/∂y and v, ∂v/∂x, ∂v/∂y, px and px per tile.
     sigma : (2, 3, R, C) float64
+        As the noise and gain of the blocks have it.
+    slope_factor : (R, C) float64
+        How many times as unsure slopes are where these blocks lie farther apart than σ.
     """
 
     values: F64
     sigma: F64
+    slope_factor: F64
 
     @property
     def valid(self) -> Mask:
@@ -97,19 +102,19 @@ def denoise(field: F64, sigma: F64, valid: Mask, pilot: F64 | None) -> BlockFiel
     safe = np.where(weight > 0, weight, 1.0)
     values, variance = value / safe, power / safe
     apart = square / safe - np.square(values)
-    variance[:, 1:] *= _growth(apart[:, 1:], variance[:, 1:])
+    factor = _slope_factor(apart[:, 1:], variance[:, 1:])
     values[..., ~there], variance[..., ~there] = np.nan, np.nan
-    return BlockField(values, np.sqrt(variance))
+    return BlockField(values, np.sqrt(variance), factor)
 
 
-def _growth(apart: F64, variance: F64) -> F64:
-    """Say by how much more than their variance slopes of a mean of blocks err, (R, C).
+def _slope_factor(apart: F64, variance: F64) -> F64:
+    """Say how many times their σ slopes of a mean of blocks err, (R, C).
 
     Both arrays are (2, 2, R, C): the mean square by which blocks lie apart, and the variance. All
     four slopes count together: what bends one bends the others, which noise does not.
     """
     ratio = apart.sum(axis=(0, 1)) / np.maximum(variance.sum(axis=(0, 1)), _TINY)
-    return 1.0 + _APART * np.maximum(ratio - 1.0, 0.0)
+    return np.minimum(np.sqrt(1.0 + _APART * np.maximum(ratio - 1.0, 0.0)), _FARTHEST)
 
 
 def _lay(shape: tuple[int, int], side: int, step: int) -> _Layout:

@@ -137,7 +137,9 @@ def correct_tiles(
     known = ~doubtful & ~_fits_worse(tiles, better)
     values = np.where(known, better.values, tiles.values)
     sigma = np.where(known, better.sigma, tiles.sigma)
-    return replace(tiles, values=values, sigma=sigma), known & np.isfinite(values[0, 0])
+    factor = np.where(known, better.slope_factor, tiles.slope_factor)
+    whole = replace(tiles, values=values, sigma=sigma, slope_factor=factor)
+    return whole, known & np.isfinite(values[0, 0])
 
 
 def evaluate(net: FieldNet, inputs: F32, device: str = "cpu") -> F32:

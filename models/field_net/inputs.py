@@ -45,12 +45,16 @@ def net_inputs(tiles: AdaptiveTiles) -> F32:
 
 
 def corrected(tiles: AdaptiveTiles, outputs: AnyArray) -> AdaptiveTiles:
-    """Add what the net says, (2, 6, R', C'), to the adaptive field and to ln σ."""
+    """Add what the net says, (2, 6, R', C'), to the adaptive field and to ln σ.
+
+    How unsure slopes are where the field bends is a part of that.
+    """
     rows, columns = tiles.valid.shape
     said = np.asarray(outputs, np.float64)[:, :, :rows, :columns]
     values = tiles.values + said[:, :3] * tiles.sigma
     growth = np.exp(np.clip(said[:, 3:], -LOGARITHM, LOGARITHM))
-    return replace(tiles, values=values, sigma=tiles.sigma * growth)
+    factor = np.ones_like(tiles.slope_factor)
+    return replace(tiles, values=values, sigma=tiles.sigma * growth, slope_factor=factor)
 
 
 def _continued(plane: F64, known: AnyArray) -> F64:
