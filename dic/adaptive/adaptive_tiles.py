@@ -43,7 +43,7 @@ class AdaptiveTiles:
     values : (2, 3, R, C) float64
         u, ∂u/∂x, ∂u/∂y and v, ∂v/∂x, ∂v/∂y, px and px per tile, of the adaptive field.
     sigma : (2, 3, R, C) float64
-        As blocks by themselves have it.
+        Without `slope_factor`; see `stated_sigma`.
     slope_factor : (R, C) float64
         How many times as unsure slopes are, for blocks lie farther apart than that.
     zncc : (R, C) float64
@@ -59,6 +59,13 @@ class AdaptiveTiles:
     sigma: F64
     slope_factor: F64
     zncc: F64
+
+    @property
+    def stated_sigma(self) -> F64:
+        """σ of `values`, (2, 3, R, C)."""
+        sigma = self.sigma.copy()
+        sigma[:, 1:] *= self.slope_factor
+        return sigma
 
 
 def too_small(ref: Reference, start: DisplacementField) -> bool:

@@ -30,7 +30,7 @@ class BlockField:
     values : (2, 3, R, C) float64
         u, ∂u/∂x, ∂u/∂y and v, ∂v/∂x, ∂v/∂y, px and px per tile.
     sigma : (2, 3, R, C) float64
-        As the noise and gain of the blocks have it.
+        By the noise and what blocks keep of it, without `slope_factor`.
     slope_factor : (R, C) float64
         How many times as unsure slopes are where these blocks lie farther apart than σ.
     """

@@ -52,8 +52,8 @@ def evaluate(field: AdaptiveTiles, xy: F64) -> PointValues:
     values, variance = np.zeros((2, 3, len(xy))), np.zeros((2, 3, len(xy)))
     missing: Mask = np.asarray(~np.isfinite(field.values).all(axis=(0, 1)))
     lost = np.zeros(len(xy), dtype=bool)
-    stated = _stated(field)
-    seen, spread = np.where(missing, 0.0, field.values), np.where(missing, 0.0, stated**2)
+    seen = np.where(missing, 0.0, field.values)
+    spread = np.where(missing, 0.0, field.stated_sigma**2)
     for row, column, right, below in corners:
         at = seen[..., row, column]
         wx, sx = _hermite(tx, right)
@@ -73,11 +73,6 @@ def evaluate(field: AdaptiveTiles, xy: F64) -> PointValues:
     return PointValues(values, np.sqrt(variance), lattice.nearest(xy))
 
 
-def _stated(field: AdaptiveTiles) -> F64:
-    """σ of values and slopes, (2, 3, R, C)."""
-    return np.concatenate([field.sigma[:, :1], field.sigma[:, 1:] * field.slope_factor], axis=1)
-
-
 def _hermite(t: F64, end: int) -> tuple[F64, F64]:
     """Weights of the value and of the slope at one end of an interval, at its fractions t."""
     s = 1 - t if end else t
@@ -87,7 +82,7 @@ def _hermite(t: F64, end: int) -> tuple[F64, F64]:
 
 def _carry(field: AdaptiveTiles, tile: I64, place: F64) -> tuple[F64, F64]:
     at = field.values[..., tile[:, 1], tile[:, 0]].copy()
-    power = np.square(_stated(field)[..., tile[:, 1], tile[:, 0]])
+    power = np.square(field.stated_sigma[..., tile[:, 1], tile[:, 0]])
     dx, dy = (place - tile).T
     at[:, 0] += at[:, 1] * dx + at[:, 2] * dy
     return at, power

@@ -72,12 +72,7 @@ class Traces:
         second, (3k, m).
         """
         seen = bench.memory * forward.left(self.touches)
-        likely = self.part @ seen
-        away = bench.values - forward.fields.values
-        if away.any():
-            by_bench = away @ forward.left_by_bench(self.touches)
-            likely = likely + bench.memory * self.part[::3] @ by_bench
-        return likely, np.linalg.cholesky(self.covariance).T @ seen
+        return self.part @ seen, np.linalg.cholesky(self.covariance).T @ seen
 
     def misshapen(self, forward: BenchForward, bench: BenchEstimate) -> F64:
         """Compute the covariance of a measurement by how a bench not known shapes them, (m, m).

@@ -80,7 +80,8 @@ def _sensor(found: FixedPattern) -> Sign:
     if not found.precision:
         return Sign("sensor", "not known before the plate moves", False)
     seen_from = max(found.detectable, STANDING)
-    return Sign("sensor", f"fixed pattern below {seen_from:.1f} grey levels", False)
+    said = f"no fixed pattern seen; one of {seen_from:.1f} grey levels would be"
+    return Sign("sensor", said, False)
 
 
 def _light(light: float) -> Sign:

@@ -117,3 +117,25 @@ def test_beside_a_tile_without_value_the_nearest_one_is_carried_on(beside):
     value, along = tiles.values[0, :2, 4, 0]
     assert found.values[0, 0, 0] == pytest.approx(value + along * beside, abs=1e-12)
     assert found.sigma[0, 0, 0] == pytest.approx(tiles.sigma[0, 0, 4, 0])
+
+
+@pytest.mark.parametrize(("size", "grows"), [(0.5, True), (0.0, False)])
+def test_sigma_of_slopes_grows_where_the_field_bends_and_not_where_nothing_does(size, grows):
+    """Stated over error of slopes around a bump, rms of four draws; with and without the factor."""
+    x, y = places()
+    bump = size * np.exp(-((x - 45) ** 2 + (y - 30) ** 2) / 72)
+    slopes = np.stack([-(x - 45) / 36 * bump, -(y - 30) / 36 * bump])
+    near = np.hypot(x - 45, y - 30) < 15
+    tiles = [drawn(bump, (21, seed)) for seed in range(4)]
+    error = rms([(one.values[0, 1:] - slopes)[:, near] for one in tiles])
+    assert 0.85 < rms([one.stated_sigma[0, 1:, near] for one in tiles]) / error < 1.2
+    factor = np.array([one.slope_factor[near] for one in tiles])
+    assert (factor.mean() > 1.2) == grows
+    assert (factor.mean() < 1.02) != grows
+    for one in tiles:
+        np.testing.assert_array_equal(one.stated_sigma[:, 0], one.sigma[:, 0])
+
+
+def rms(values):
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
