@@ -78,10 +78,9 @@ def _sensor(found: FixedPattern) -> Sign:
     if found.level >= STANDING:
         return Sign("sensor", f"fixed pattern of {found.level:.1f} grey levels: clean it", True)
     if not found.precision:
-        return Sign("sensor", "not known before the plate moves", False)
+        return Sign("sensor", "not known yet", False)
     seen_from = max(found.detectable, STANDING)
-    said = f"no fixed pattern seen; one of {seen_from:.1f} grey levels would be"
-    return Sign("sensor", said, False)
+    return Sign("sensor", f"clean to {seen_from:.1f} grey levels", False)
 
 
 def _light(light: float) -> Sign:

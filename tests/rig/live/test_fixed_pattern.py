@@ -74,7 +74,7 @@ def test_a_clean_sensor_has_none_whatever_the_print(run, softness):
     assert last.state.fixed_pattern.level < 0.3
     (sensor,) = (sign for sign in signs(chain, last) if sign.name == "sensor")
     bound = last.state.fixed_pattern.detectable
-    assert sensor.says == f"no fixed pattern seen; one of {bound:.1f} grey levels would be"
+    assert sensor.says == f"clean to {bound:.1f} grey levels"
     assert bound < 3.0
     assert not sensor.warns
 

@@ -45,7 +45,7 @@ def test_a_frame_at_rest_gives_no_warning(look):
     assert found["visible pattern"].says == "100%"
     assert found["light"].says == "100% of that at rest"
     assert found["touch, σ"].says == "–"
-    assert found["sensor"].says == "not known before the plate moves"
+    assert found["sensor"].says == "not known yet"
 
 
 def test_a_touch_says_how_sure_it_is(look):
