@@ -12,6 +12,7 @@ from math import nan
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from models.arrays import F64, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
@@ -60,7 +61,6 @@ _TURNS, _LIMIT = 3, 8
 # camera is taken to first order, and touches of unknown place lead it far.
 _MOVED = 0.35
 _RESCALED = 0.7  # the logarithm of a cause's scale: a turn that changes one by more is not the last
-_JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 # A plate that lies beside where the camera is thought to see it has all touches beside themselves.
 _PLACE = [NAMES.index("shift_x"), NAMES.index("shift_y")]
 _MIN_PART = 0.1  # of a variance, that is left when the error that all presses share is counted once
@@ -124,8 +124,7 @@ def identify(
         bench = replace(bench, discrepancy=likely_discrepancy(problem, seen, state))
         bench = replace(bench, memory=likely_memory(problem, seen, state, bench.discrepancy))
         problem = replace(problem, memory=bench.memory)
-        for _ in range(_JUDGED):
-            problem = replace(problem, labels=_labels(problem, terms, state))
+        problem = replace(problem, labels=_labels(problem, terms, state))
         still = still and converged
         if causes and turn:  # the first one sees no more than large features
             scales = likely_scales(information(problem, state, terms), causes)
@@ -162,19 +161,22 @@ def _settled(problem: JointProblem, scales: F64) -> bool:
 def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErrors:
     """Judge the labels by what the presses show."""
     stated = np.array([press.sigma for press in problem.presses])
-    return label_errors(stated, _shown(problem, terms, state))
+    return label_errors(stated, problem.labels.sigmas, _shown(problem, terms, state))
 
 
 def _shown(problem: JointProblem, terms: list[Term], state: State) -> Shown:
     normal, _, blocks = reduced(problem, state, terms, limits=soft_limits(problem, state))
-    bench = np.linalg.inv(normal)
-    off, spread, variance = (np.empty((len(terms), 3)) for _ in range(3))
+    off, spread = np.empty((len(terms), 3)), np.empty((len(terms), 3))
+    along = list[F64]()
     for i, (term, (inverse, _)) in enumerate(zip(terms, blocks, strict=True)):
-        alone, along = np.linalg.inv(term.own), term.mixed @ inverse
+        alone = np.linalg.inv(term.own)
         off[i], spread[i] = alone @ term.towards_own, np.sqrt(np.diag(alone))
-        variance[i] = np.diag(inverse + along.T @ bench @ along)
+        along.append(term.mixed @ inverse)
+    by_bench = np.concatenate(along, axis=1)
+    covariance = block_diag(*(inverse for inverse, _ in blocks))
+    covariance += by_bench.T @ np.linalg.solve(normal, by_bench)
     left = state.touches - [press.touch for press in problem.presses]
-    return Shown(off + left, spread, left, variance)
+    return Shown(off + left, spread, left, covariance)
 
 
 def _partly(solved: _Solved, prior: BenchEstimate, asked: Mask) -> BenchEstimate:

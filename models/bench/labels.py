@@ -1,8 +1,8 @@
 """How far the places and forces that a list states are to be believed.
 
 A list says how well it was made; what the presses show of it says more. All places err by one σ and
-all forces by another, found by expectation maximisation from what is left between labels and
-touches; what is stated counts as one more label. One that lies far beyond is believed the less.
+all forces by another: those that are stated times a scale, by the evidence of what is left between
+labels and touches. One that lies far beyond is believed the less.
 """
 
 from __future__ import annotations
@@ -12,16 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from models.arrays import F64, Mask
+from models.bench.relevance import Posterior, scale_weights
 
 _PARTS = slice(0, 2), slice(2, 3)  # place and force
-_STATED = 1.0  # labels that a stated σ counts as: a usual one may be off by a factor of two
+_SCALES = np.geomspace(0.1, 10.0, 13)  # times as far as most labels lie, at least as is stated
+_LIKELY = np.exp(-0.5 * np.log(_SCALES) ** 2)  # a σ that nobody states may be e times off
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _OFFSET = 2.0  # standard deviations by which all places may lie to one side by chance
 _MEDIAN = 0.9  # of the larger of one or two deviates, in standard deviations
 
 
 class Shown(NamedTuple):
-    """What N presses show of their labels, each (N, 3): x, y and F.
+    """What N presses show of their labels, (N, 3) where nothing else is said: x, y and F.
 
     Attributes
     ----------
@@ -31,14 +33,14 @@ class Shown(NamedTuple):
         Standard deviation of that touch.
     left : float64
         Most likely touch less its label.
-    variance : float64
-        Of that touch, what is not known of the bench included.
+    covariance : (3N, 3N) float64
+        Of these touches, what is not known of the bench included.
     """
 
     off: F64
     spread: F64
     left: F64
-    variance: F64
+    covariance: F64
 
 
 class LabelErrors(NamedTuple):
@@ -48,18 +50,41 @@ class LabelErrors(NamedTuple):
     outliers: Mask
 
 
-def label_errors(stated: F64, shown: Shown) -> LabelErrors:
-    """Find the standard deviations of labels from those stated (N, 3), infinite where unknown."""
+def label_errors(stated: F64, taken: F64, shown: Shown) -> LabelErrors:
+    """Find the standard deviations of labels.
+
+    Parameters
+    ----------
+    stated : (N, 3) float64
+        Infinite where a label is unknown.
+    taken : (N, 3) float64
+        Those with which the touches were found.
+    shown : Shown
+    """
     sigmas, outliers = stated.copy(), np.zeros(len(stated), dtype=bool)
     for part in _PARTS:
         known, far = np.isfinite(stated[:, part]).all(axis=1), _far(shown, stated, part)
-        usual = known & (far <= _OUTLIER * _typical(far[known]))
-        sizes = ((shown.left**2 + shown.variance) / stated**2)[usual, part]
-        sigmas[:, part] *= np.sqrt((_STATED + sizes.sum()) / (_STATED + sizes.size))
+        typical = _typical(far[known])
+        usual = known & (far <= _OUTLIER * typical)
+        which = np.zeros(stated.shape, dtype=bool)
+        which[usual, part] = True
+        if which.any():
+            scales = typical * _SCALES
+            sigmas[:, part] *= _likely_scale(stated[which], taken[which], shown, which, scales)
         beyond = _far(shown, sigmas, part) / _OUTLIER
         sigmas[:, part] *= np.maximum(1.0, beyond)[:, None] ** 2
         outliers |= beyond > 1.0
     return LabelErrors(sigmas, outliers)
+
+
+def _likely_scale(stated: F64, taken: F64, shown: Shown, which: Mask, scales: F64) -> float:
+    """Geometric mean of the scales that are likely of some labels (n,), `which` (N, 3) of all."""
+    scale = float(np.min(taken / stated))  # one that was believed less has a larger one
+    unit, flat = taken / scale, which.ravel()
+    covariance = shown.covariance[np.ix_(flat, flat)] / np.outer(unit, unit)
+    found = Posterior(shown.left[which] / unit, covariance)
+    weights = _LIKELY * scale_weights(found, np.arange(len(unit)), scale, scales)
+    return float(np.exp(weights @ np.log(scales) / weights.sum()))
 
 
 def common_offset(sigmas: F64, shown: Shown, sure: F64) -> F64:

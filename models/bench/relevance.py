@@ -87,7 +87,7 @@ def likely_scales(information: Information, causes: list[Numbers]) -> F64:
         before, found = scales.copy(), posterior(information, scales)
         for numbers in causes:
             was = float(scales[numbers[0]])
-            likely = np.exp(_weights(found, numbers, was) @ np.log(SCALES))
+            likely = np.exp(scale_weights(found, numbers, was) @ np.log(SCALES))
             mean, covariance = _rescaled(found, numbers, was, float(likely), np.eye(len(scales)))
             found = Posterior(found.mean + mean, found.covariance + covariance)
             scales[numbers] = likely
@@ -121,7 +121,7 @@ def over_scales(
     mean, covariance = onto @ found.mean, onto @ found.covariance @ onto.T
     for numbers in causes:
         was = float(scales[numbers[0]])
-        weights = _weights(found, numbers, was)
+        weights = scale_weights(found, numbers, was)
         changes = [_rescaled(found, numbers, was, scale, onto) for scale in SCALES.tolist()]
         means = np.array([change.mean for change in changes])
         away = means - weights @ means
@@ -133,13 +133,16 @@ def over_scales(
     return Posterior(mean, covariance)
 
 
-def _weights(found: Posterior, numbers: Numbers, scale: float) -> F64:
-    """Probability of each of `SCALES` for a cause that was taken at `scale`."""
+def scale_weights(found: Posterior, numbers: Numbers, scale: float, scales: F64 = SCALES) -> F64:
+    """Probability of each of some scales, all equally likely beforehand, for numbers of one cause.
+
+    They were found with a prior of `scale` times its standard deviations.
+    """
     precision = np.linalg.inv(found.covariance[np.ix_(numbers, numbers)])
     values, turned = np.linalg.eigh(precision)
     shown = np.maximum(values - scale**-2, 0.0)  # what is measured, without the prior
     towards = turned.T @ (precision @ found.mean[numbers])
-    squares = SCALES[:, None] ** 2
+    squares = scales[:, None] ** 2
     grown = 1.0 + squares * shown
     evidence = 0.5 * (squares * towards**2 / grown - np.log(grown)).sum(axis=1)
     likelihood = np.exp(evidence - evidence.max())

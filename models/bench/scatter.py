@@ -15,7 +15,9 @@ from models.bench.marginal import own_error
 from models.forward.bench_forward import BenchForward
 
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
-_USUAL = 1.0  # presses that what a usual plate remembers counts as
+# Of a usual memory, all equally likely; their mean square is 1. Presses are short, and a plate that
+# keeps nothing of them may keep some of a touch that lasts.
+_SCALES = np.geomspace(0.1, 2.3, 13)
 
 
 class Scatter(NamedTuple):
@@ -89,18 +91,21 @@ def likely_memory(
 ) -> float:
     """Fraction of a touch that presses show of the one before, its standard deviation.
 
-    A step of expectation maximisation; what of it looks like the press itself says nothing.
+    It is that of the prior times a scale that is not known, root mean square of all that are
+    likely; what of a trace looks like the press itself says nothing.
     """
-    squares, usual = [_USUAL * problem.prior.memory**2], problem.memory**2
+    variances = np.square(_SCALES * problem.prior.memory)
+    evidence = np.zeros(len(_SCALES))
     found = scatters(problem, seen, state)
     given = list(zip(problem.presses, seen, state.touches, found, strict=True))
     for press, on, touch, scatter in given[1:]:
         predicted, own = on.read(touch[None])
         tangent = np.linalg.qr(own.T)[0]
         left = scatter.left - tangent @ (tangent.T @ scatter.left)
-        precision = float(left @ left) / scatter.even(discrepancy)
+        even = scatter.even(discrepancy)
         rest = press.measured - predicted - of_reference(problem, press) @ state.noise
-        shown = float(left @ rest) / scatter.even(discrepancy)
-        variance = usual / (1.0 + usual * precision)
-        squares.append((variance * shown) ** 2 + variance)
-    return float(np.sqrt(sum(squares) / (_USUAL + len(given) - 1)))
+        grown = 1.0 + variances * float(left @ left) / even
+        shown = float(left @ rest) / even
+        evidence += 0.5 * (variances * shown**2 / grown - np.log(grown))
+    weights = np.exp(evidence - evidence.max())
+    return float(np.sqrt(weights @ variances / weights.sum()))
