@@ -7,8 +7,10 @@ not known of them enters the uncertainty of every touch.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +31,7 @@ add to the motion is taken for those and for the modes, as the images will take 
 THICKNESS = [name for name, _ in BENCH].index("thickness")
 
 _PLATE = len(fe.BENCH_PARAMETERS)
+_Each = TypeVar("_Each")
 ASTRAY = 4.0  # mm: fingers glide and roll as they lift
 # Change of a measurement, in standard deviations of its noise, up to which the derivatives of a
 # state near by tell it: to a hundredth of one, for it comes from tenths of a millimetre.
@@ -190,6 +193,7 @@ class BenchForward:
     whitening: F64
     rolled: Rolled | None = None
     _left: dict[bytes, fe.Pressed] = field(default_factory=dict[bytes, "fe.Pressed"], repr=False)
+    _left_by_bench: dict[bytes, F64] = field(default_factory=dict[bytes, F64], repr=False)
     _last: dict[int, tuple[fe.Pressed, F64, F64]] = field(
         default_factory=dict[int, "tuple[fe.Pressed, F64, F64]"], repr=False
     )
@@ -299,18 +303,13 @@ class BenchForward:
     def left_by_bench(self, touches: F64) -> F64:
         """Compute derivatives of what each would show by every number of the bench, (n, 50, m)."""
         shape = len(touches), len(BENCH), len(self.whitening)
-        return np.array([self._by_bench(state) for state in self._ended(touches)]).reshape(shape)
+        states = self._ended(touches)
+        derivatives = _kept(self._left_by_bench, touches, lambda k: self._by_bench(states[k]))
+        return np.array(derivatives).reshape(shape)
 
     def _ended(self, touches: F64) -> list[fe.Pressed]:
         """States of the plate under each of n touches alone; those of the last ones are kept."""
-        keys = [touch.tobytes() for touch in touches]
-        states = [
-            self._left.get(key) or self._alone(touch)
-            for key, touch in zip(keys, touches, strict=True)
-        ]
-        self._left.clear()
-        self._left.update(zip(keys, states, strict=True))
-        return states
+        return _kept(self._left, touches, lambda k: self._alone(touches[k]))
 
     def _alone(self, touch: F64) -> fe.Pressed:
         """State of the plate under a touch (3,)."""
@@ -320,7 +319,7 @@ class BenchForward:
 
     def through(self, whitening: F64) -> BenchForward:
         """Return the same forward model of another part of the pattern, whitened otherwise."""
-        return replace(self, whitening=whitening, _last={})
+        return replace(self, whitening=whitening, _left_by_bench={}, _last={})
 
     def near(self, state: fe.Pressed) -> BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""
@@ -328,7 +327,8 @@ class BenchForward:
 
     def apart(self) -> BenchForward:
         """Return the same forward model for another thread: it remembers no state of this one."""
-        return replace(self, fields=replace(self.fields, _near={}), _left={}, _last={})
+        fields = replace(self.fields, _near={})
+        return replace(self, fields=fields, _left={}, _left_by_bench={}, _last={})
 
     def moved(self, values: F64) -> BenchForward:
         """Return the same measurement on a bench near by, (50,), its camera to first order."""
@@ -341,7 +341,8 @@ class BenchForward:
     def on(self, values: F64, seen: Seen | None) -> BenchForward:
         """Return the same measurement on another bench, (50,), through what its camera sees."""
         bench = fe.BenchPlate(self.fields.bench.modal, values[:_PLATE])
-        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _left={}, _last={})
+        fields = BenchFields(bench, seen, values[_PLATE:])
+        return replace(self, fields=fields, _left={}, _left_by_bench={}, _last={})
 
 
 def light_touches(bench: fe.BenchPlate, xy: F64) -> F64:
@@ -352,3 +353,12 @@ def light_touches(bench: fe.BenchPlate, xy: F64) -> F64:
     """
     resting = bench.press(np.column_stack([xy, np.zeros(len(xy))]))
     return resting.jacobian()[:, 2::3].T
+
+
+def _kept(known: dict[bytes, _Each], touches: F64, of: Callable[[int], _Each]) -> list[_Each]:
+    """Compute something of each of n touches, unless it is known; no more than these stay known."""
+    keys = [touch.tobytes() for touch in touches]
+    found = [known[key] if key in known else of(k) for k, key in enumerate(keys)]
+    known.clear()
+    known.update(zip(keys, found, strict=True))
+    return found
