@@ -34,6 +34,7 @@ from .bench.score_test import FALSE_ALARM as FALSE_ALARM
 from .bench.traces import (
     NO_TRACES as NO_TRACES,
     Traces as Traces,
+    left_about as left_about,
     left_by as left_by,
 )
 from .data.dataset import (

@@ -123,11 +123,24 @@ def left_by(touches: F64, moved: F64 | None = None) -> Traces:
     """
     steps = np.zeros((len(touches), 2)) if moved is None else moved
     half_way = touches + np.column_stack([0.5 * steps, np.zeros(len(steps))])
+    # Variance of an even distribution.
+    return left_about(half_way, steps[:, :, None] * steps[:, None, :] / 12.0)
+
+
+def left_about(touches: F64, places: F64) -> Traces:
+    """State what is known of traces of touches (k, 3) that ended about a place.
+
+    Parameters
+    ----------
+    touches : (k, 3) float64, mm, mm, N
+    places : (k, 2, 2) float64, mm²
+        Covariance of where each ended.
+    """
     covariance = np.eye(touches.size)
-    for index, step in enumerate(steps / ASTRAY):
-        place = slice(3 * index + 1, 3 * index + 3)
-        covariance[place, place] += np.outer(step, step) / 12.0  # variance of an even distribution
-    return Traces(half_way, np.zeros(touches.size), covariance)
+    for index, place in enumerate(places / ASTRAY**2):
+        own = slice(3 * index + 1, 3 * index + 3)
+        covariance[own, own] += place
+    return Traces(touches, np.zeros(touches.size), covariance)
 
 
 NO_TRACES = left_by(np.empty((0, 3)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models import MEMORY, NO_TRACES, Traces, left_by
+from models import MEMORY, NO_TRACES, Estimate, Traces, left_about, left_by
 from rig.system.arrays import F64, Mask
 
 SAME = 10.0  # mm, within which two touches are one
@@ -17,6 +17,7 @@ SLID, STEADY = 40.0, 0.25
 # Fraction of its largest force below which a touch has ended: thrice what a plate keeps of it.
 FADED = 3.0 * MEMORY
 MANY = 8  # that are remembered: a trace of 0.01 N is seen on a plate of 1 mm
+BRIEF = 0.3  # s, in which no touch comes and goes that leaves a trace
 RENEWED = 0.5  # of what pressed there before: what is left of that no longer counts
 
 
@@ -42,15 +43,21 @@ class Memory:
         Of those that ended last, the latest first.
     covered : (n, 3) float64, mm, mm, N
         Those of them where something presses now: their trace does not count until it has gone on.
+    unseen : float, s
+        For how long no frame was taken before the next one.
     """
 
     held: F64 = field(default_factory=_none)
     moved: F64 = field(default_factory=_no_step)
     left: Traces = NO_TRACES
     covered: F64 = field(default_factory=_none)
+    unseen: float = 0.0
 
-    def after(self, found: F64) -> Memory:
-        """Memory after a frame with touches (n, 3); `left` is the same array if none ended."""
+    def after(self, found: F64, strays: Traces = NO_TRACES) -> Memory:
+        """Memory after a frame with touches (n, 3); `left` is the same array if none ended.
+
+        What else the frame shows may be traces, see `strays`.
+        """
         largest = found.copy()
         for touch in largest:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
@@ -69,11 +76,34 @@ class Memory:
         over = _which(self.covered, lambda touch: bool(_near(self.held[ended], touch).any()))
         covered = np.concatenate([before[under & ~renewed], self.covered[still & ~over]])[:MANY]
         back = self.covered[~still & ~over]
-        if not (ended.any() or renewed.any() or under.any() or len(back)):
+        if not (ended.any() or renewed.any() or under.any() or len(back) or len(strays)):
             return Memory(held, moved, self.left, covered)
         older = self.left.of(~renewed & ~under).and_older(left_by(back))
-        left = left_by(self.held[ended], self.moved[ended]).and_older(older)
+        left = left_by(self.held[ended], self.moved[ended]).and_older(strays).and_older(older)
         return Memory(held, moved, left.of(np.arange(len(left)) < MANY), covered)
+
+    def strays(self, estimate: Estimate, known: Traces = NO_TRACES) -> tuple[Mask, Traces]:
+        """Say which of the touches found may be traces of one that was not seen, and what it left.
+
+        One that is gone has gone on while no frame was taken, or another came and went. What it
+        left is as weak as a plate keeps of it, and lies far from where all were seen last and from
+        strays that are known already.
+        """
+        found = np.column_stack([estimate.xy, estimate.force])
+        seen = np.concatenate([self.held, known.touches])
+        come = _which(found, lambda touch: not _near(seen, touch).any())
+        strongest = self._unseen_force(found)
+        stray = come & (found[:, 2] < FADED * strongest)
+        places = [estimate.touch_covariance(int(k))[:2, :2] for k in np.flatnonzero(stray)]
+        left = np.column_stack([found[stray, :2], np.full(len(places), strongest)])
+        return stray, left_about(left, np.reshape(places, (-1, 2, 2)))
+
+    def _unseen_force(self, found: F64) -> float:
+        """Largest force, N, that may have ended where it was not seen; 0 where none has."""
+        strongest = self.held[_which(self.held, lambda touch: not _near(found, touch).any())]
+        if self.unseen > BRIEF:  # one may have come and gone, of any force that was seen yet
+            strongest = np.concatenate([self.held, self.left.touches, found])
+        return float(strongest[:, 2].max(initial=0.0))
 
 
 def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:

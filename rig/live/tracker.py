@@ -92,10 +92,11 @@ class FrameProcessor:
 
     def process(self, frame: Frame) -> FrameResult:
         """Estimate the touches of a frame and follow them."""
-        before, watch = self._state, self._watch
+        watch = self._watch
         watch.add("arrive", self._clock() - frame.given)
-        last = frame.captured if self._captured is None else self._captured
-        drift = drift_weight(frame.captured - last)
+        unseen = 0.0 if self._captured is None else frame.captured - self._captured
+        before = replace(self._state, memory=replace(self._state.memory, unseen=unseen))
+        drift = drift_weight(unseen)
         frame_estimate = report_frame(
             self.chain, self._net, frame.image, before, watch, drift, frame.captured
         )

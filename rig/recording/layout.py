@@ -104,6 +104,7 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
         "start/trace": ((3 * MANY,), "f8"),
         "start/trace_scatter": ((3 * MANY, 3 * MANY), "f8"),
         "start/covered": ((MANY, 3), "f8"),
+        "start/unseen": ((), "f8"),
     }
     if strain:
         found |= {
@@ -166,6 +167,7 @@ def rows(record: FrameRecord, layout: Shapes, number: int = 0) -> dict[str, AnyA
         "start/trace": left.part,
         "start/trace_scatter": padded(left.covariance, 3 * MANY),
         "start/covered": record.before.memory.covered,
+        "start/unseen": record.before.memory.unseen,
         REFERENCE: number,
         LAST: frame.sequence,
     }
@@ -214,7 +216,7 @@ def state(row: Mapping[str, AnyArray]) -> ChainState:
         row["start/rest"],
         there(row["start/touches"]),
         there(row["start/from_strain"]),
-        Memory(held, moved, traces, covered),
+        Memory(held, moved, traces, covered, float(row.get("start/unseen", 0.0))),
     )
 
 

@@ -1,8 +1,9 @@
 """The demo as a newcomer sees it: the tour of `bench-real` on the calibration that comes with it.
 
 Parts: few (every frame of one tour of 25 s), tours (of four), outrun (one frame of three of twelve
-tours, as a machine shows them that does not keep up), live (`touchplate run` itself, three times
-3000 frames, as fast as the machine is). Truth is the whole plate of von Kármán on its own mesh,
+tours, as a machine shows them that does not keep up), lost (two to seven frames of twelve tours are
+left out, and now and then twenty to sixty), live (`touchplate run` itself, three times 3000 frames,
+as fast as the machine is). Truth is the whole plate of von Kármán on its own mesh,
 seen by a camera that is otherwise than the scene says; the loop has the scene, the shipped
 calibration of nine presses, and learns on while it runs. Place and force: each touch of frames in
 which all that press with 0.5 N or more are found and nothing else; inside 1 and 2 σ: x, y and F
@@ -19,6 +20,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -42,6 +44,7 @@ from rig.system.frame import Frame
 TABLE = "The demo as a newcomer sees it"
 WEAKEST = 0.5  # N
 RUNS, FRAMES = 3, 3000
+_SHORT, _LONG, _OFTEN, _SEED = (3, 9), (21, 62), 0.06, 17  # frames, of which one is seen
 LIVE = "--headless", "--json", "--frames", str(FRAMES)
 PROGRAM = "from rig.cli import main; main()"
 PLACE, FAR, FORCE, NONE = at_most(0.4), at_most(1.0), at_most(1.5), at_most(0.0)
@@ -58,10 +61,10 @@ class TourSource:
 
     status = "a tour"
 
-    def __init__(self, twin: RealTwin, references: int, seconds: float, every: int = 1):
+    def __init__(self, twin: RealTwin, references: int, seconds: float, steps: Iterator[int]):
         self.now = 0.0
         self._twin, self._next = twin, 0
-        self._references, self._every = references, every
+        self._references, self._steps = references, steps
         self._end = references + round(seconds * twin.rate)
 
     def grab(self, timeout: float) -> Frame | None:
@@ -70,7 +73,7 @@ class TourSource:
         number, twin = self._next, self._twin
         if number >= self._end:
             raise EOFError("the tour is over")
-        step = 1 if number + 1 < self._references else self._every
+        step = 1 if number + 1 < self._references else next(self._steps)
         self._next, self.now = number + step, number / twin.rate
         touches = twin.touches(number)
         return Frame(number, self.now, twin.frame(number, touches).copy(), touches)
@@ -117,13 +120,32 @@ class Seen:
 
 def tours(count: int, every: int = 1) -> Iterator[Figure]:
     """Score so many tours, of which one frame of some is seen."""
+    case = f"{SCENE}, shipped calibration"
+    if every > 1:
+        case = f"{SCENE}, one frame of {every}, {count * TOUR_LENGTH / 60.0:.0f} minutes"
+    yield from _toured(case, count, repeat(every))
+
+
+def lost(count: int) -> Iterator[Figure]:
+    """Score so many tours, of which frames are lost for up to two seconds."""
+    case = f"{SCENE}, frames lost, {count * TOUR_LENGTH / 60.0:.0f} minutes"
+    yield from _toured(case, count, _kept_frames(np.random.default_rng(_SEED)))
+
+
+def _kept_frames(rng: np.random.Generator) -> Iterator[int]:
+    """From each frame that is seen to the next."""
+    while True:
+        yield int(rng.integers(*(_LONG if rng.random() < _OFTEN else _SHORT)))
+
+
+def _toured(case: str, count: int, steps: Iterator[int]) -> Iterator[Figure]:
     scene = rig.load(SCENE)
     twin = open_play(scene)
     bench = build_bench(scene, lambda done, total: None, calibration_beside(SCENE))
     if not isinstance(twin, RealTwin):
         raise ValueError(f"scene '{SCENE}' has no source.departure; write one")
     twin = replace(twin, rest=bench.reference_frames)
-    source, seen = TourSource(twin, bench.reference_frames, count * TOUR_LENGTH, every), Seen()
+    source, seen = TourSource(twin, bench.reference_frames, count * TOUR_LENGTH, steps), Seen()
     loop = Loop(bench, source, lambda: source.now)
     began, spent = time.process_time(), list[float]()
     for snapshot in loop:
@@ -131,9 +153,6 @@ def tours(count: int, every: int = 1) -> Iterator[Figure]:
             seen.add(snapshot.estimate, twin.touches(snapshot.sequence))
         spent.append(time.process_time() - began)
         began = time.process_time()
-    case = f"{SCENE}, shipped calibration"
-    if every > 1:
-        case = f"{SCENE}, one frame of {every}, {count * TOUR_LENGTH / 60.0:.0f} minutes"
     yield from _figures(case, seen, loop.summary()["learned"], float(np.median(spent)))
 
 
@@ -195,6 +214,7 @@ PARTS = {
     "few": partial(tours, 1),
     "tours": partial(tours, 4),
     "outrun": partial(tours, 12, 3),
+    "lost": partial(lost, 12),
     "live": live,
 }
 

@@ -1,8 +1,11 @@
 """What pressed and went: a plate may show a few percent of it for a while."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from rig.live.memory import FADED, MANY, SLID, Memory
+from models import Estimate, Result
+from rig.live.memory import BRIEF, FADED, MANY, SLID, Memory
 
 
 def pressed(*touches):
@@ -101,3 +104,45 @@ def test_what_may_be_a_trace_itself_leaves_none():
     memory = after([(50, 40, 4.0)], [], [(90, 80, 0.15)], [])
     np.testing.assert_allclose(memory.left.touches, [[50, 40, 4.0]])
     assert len(after([(50, 40, 4.0)], [], [(90, 80, 0.25)], []).left) == 2
+
+
+def found(*touches):
+    """Touches found with a σ of 6 mm along x, 3 mm along y and 0.01 N."""
+    each = pressed(*touches)
+    covariance = np.diag(np.tile([36.0, 9.0, 1e-4], len(each)))
+    return Estimate(each[:, :2], each[:, 2], covariance, 200.0, 200, 0.5, Result.FOUND)
+
+
+def test_what_appears_as_a_touch_goes_that_slid_unseen_may_be_its_trace():
+    """It went on for a second without a frame, and lifted where nobody saw it."""
+    memory, faint = after([(50, 40, 2.0)]), (150, 90, 0.03)
+    stray, traces = memory.strays(found(faint))
+    assert stray.tolist() == [True]
+    left = memory.after(pressed(), traces).left
+    np.testing.assert_allclose(left.touches, [[50, 40, 2.0], [150, 90, 2.0]])
+    usual = after([(50, 40, 2.0)], []).left.covariance
+    np.testing.assert_allclose(left.covariance[:3, :3], usual)
+    wider = np.diag(left.covariance)[3:] - np.diag(usual)
+    assert wider[1] == 4.0 * wider[2] > 1.0, "its place is known as badly as it was found"
+
+
+def test_a_touch_is_no_trace_while_all_others_stay_or_where_it_is_strong_or_near():
+    memory = after([(50, 40, 2.0)])
+    for touches in (
+        [(50, 40, 2.0), (150, 90, 0.03)],
+        [(150, 90, 1.1 * FADED * 2.0)],
+        [(52, 40, 0.03)],
+    ):
+        stray, traces = memory.strays(found(*touches))
+        assert not stray.any()
+        assert not len(traces)
+
+
+def test_one_that_came_and_went_while_no_frame_was_taken_may_have_left_what_appears():
+    before, faint = after([(50, 40, 2.0)], []), found((150, 90, 0.03))
+    assert not before.strays(faint)[0].any()
+    stray, traces = replace(before, unseen=2.0 * BRIEF).strays(faint)
+    assert stray.all()
+    np.testing.assert_allclose(traces.touches, [[150, 90, 2.0]])
+    beside = found((60, 120, 3.0), (150, 90, 0.03))  # as another one presses already
+    assert replace(Memory(), unseen=2.0 * BRIEF).strays(beside)[0].tolist() == [False, True]

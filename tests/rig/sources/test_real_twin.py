@@ -2,6 +2,7 @@
 
 import multiprocessing
 from dataclasses import replace
+from itertools import repeat
 
 import numpy as np
 import pytest
@@ -263,7 +264,7 @@ def test_the_shipped_calibration_finds_the_touches_of_its_twin():
     twin = open_play(scene)
     bench = build_bench(scene, lambda done, total: None, calibration_beside("bench-real"))
     twin = replace(twin, rest=bench.reference_frames)
-    source, seen = TourSource(twin, bench.reference_frames, 7.5), Seen()
+    source, seen = TourSource(twin, bench.reference_frames, 7.5, repeat(1)), Seen()
     for shot in Loop(bench, source, lambda: source.now):
         seen.add(shot.estimate, twin.touches(shot.sequence))
     within = np.abs(np.concatenate(seen.within))
