@@ -33,7 +33,7 @@ def fitted(
     """
     if estimator.bench is None:
         return estimator.fit_whitened(measured, start), before
-    look = partial(_look, estimator, measured, before)
+    look = partial(_look, estimator, estimator.bench.memory, measured, before)
     left = before.after(start).left
     estimate, memory, strays = look(start, left, NO_TRACES)
     for _ in range(_AGAIN):
@@ -49,11 +49,17 @@ def fitted(
 
 
 def _look(
-    estimator: Estimator, measured: F64, before: Memory, start: F64, left: Traces, strays: Traces
+    estimator: Estimator,
+    kept: float,
+    measured: F64,
+    before: Memory,
+    start: F64,
+    left: Traces,
+    strays: Traces,
 ) -> tuple[Estimate, Memory, Traces]:
     """Find touches beside traces; memory after them, and strays with those that they show."""
     estimate = estimator.fit_whitened(measured, start, left=left)
-    stray, found = before.strays(estimate, strays)
+    stray, found = before.strays(estimate, kept, strays)
     strays = found.and_older(strays)
     return estimate, before.after(touches_of(estimate)[~stray], strays), strays
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Memory:
     covered : (n, 3) float64, mm, mm, N
         Those of them where something presses now: their trace does not count until it has gone on.
     unseen : float, s
-        For how long no frame was taken before the next one.
+        For how long no frame was taken, less the time since; see `by_frame`.
     """
 
     held: F64 = field(default_factory=_none)
@@ -77,33 +77,44 @@ class Memory:
         covered = np.concatenate([before[under & ~renewed], self.covered[still & ~over]])[:MANY]
         back = self.covered[~still & ~over]
         if not (ended.any() or renewed.any() or under.any() or len(back) or len(strays)):
-            return Memory(held, moved, self.left, covered)
+            return Memory(held, moved, self.left, covered, self.unseen)
         older = self.left.of(~renewed & ~under).and_older(left_by(back))
         left = left_by(self.held[ended], self.moved[ended]).and_older(strays).and_older(older)
-        return Memory(held, moved, left.of(np.arange(len(left)) < MANY), covered)
+        return Memory(held, moved, left.of(np.arange(len(left)) < MANY), covered, self.unseen)
 
-    def strays(self, estimate: Estimate, known: Traces = NO_TRACES) -> tuple[Mask, Traces]:
+    def by_frame(self, seconds: float) -> Memory:
+        """Memory before a frame that is taken so long after the last one.
+
+        What was not seen shows itself later than that, where something pressed beside it: the
+        longer it may have been, the longer it counts.
+        """
+        return replace(self, unseen=max(seconds, self.unseen - seconds))
+
+    def strays(
+        self, estimate: Estimate, memory: float, known: Traces = NO_TRACES
+    ) -> tuple[Mask, Traces]:
         """Say which of the touches found may be traces of one that was not seen, and what it left.
 
-        One that is gone has gone on while no frame was taken, or another came and went. What it
-        left is as weak as a plate keeps of it, and lies far from where all were seen last and from
+        One has gone on while no frame was taken, or another came and went. What it left is as weak
+        as the plate keeps of the strongest, and lies far from where all were seen last and from
         strays that are known already.
+
+        Parameters
+        ----------
+        estimate : Estimate
+        memory : float
+            Fraction of a touch that the plate keeps, a standard deviation.
+        known : Traces
         """
         found = np.column_stack([estimate.xy, estimate.force])
-        seen = np.concatenate([self.held, known.touches])
-        come = _which(found, lambda touch: not _near(seen, touch).any())
-        strongest = self._unseen_force(found)
-        stray = come & (found[:, 2] < FADED * strongest)
+        every = np.concatenate([self.held, known.touches])
+        come = _which(found, lambda touch: not _near(every, touch).any())
+        ever = np.concatenate([self.held, self.left.touches, found])
+        strongest = float(ever[:, 2].max(initial=0.0))
+        stray = come & (found[:, 2] < 3.0 * memory * strongest) & (self.unseen > BRIEF)
         places = [estimate.touch_covariance(int(k))[:2, :2] for k in np.flatnonzero(stray)]
         left = np.column_stack([found[stray, :2], np.full(len(places), strongest)])
         return stray, left_about(left, np.reshape(places, (-1, 2, 2)))
-
-    def _unseen_force(self, found: F64) -> float:
-        """Largest force, N, that may have ended where it was not seen; 0 where none has."""
-        strongest = self.held[_which(self.held, lambda touch: not _near(found, touch).any())]
-        if self.unseen > BRIEF:  # one may have come and gone, of any force that was seen yet
-            strongest = np.concatenate([self.held, self.left.touches, found])
-        return float(strongest[:, 2].max(initial=0.0))
 
 
 def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:

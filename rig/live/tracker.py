@@ -94,9 +94,9 @@ class FrameProcessor:
         """Estimate the touches of a frame and follow them."""
         watch = self._watch
         watch.add("arrive", self._clock() - frame.given)
-        unseen = 0.0 if self._captured is None else frame.captured - self._captured
-        before = replace(self._state, memory=replace(self._state.memory, unseen=unseen))
-        drift = drift_weight(unseen)
+        seconds = 0.0 if self._captured is None else frame.captured - self._captured
+        before = replace(self._state, memory=self._state.memory.by_frame(seconds))
+        drift = drift_weight(seconds)
         frame_estimate = report_frame(
             self.chain, self._net, frame.image, before, watch, drift, frame.captured
         )

@@ -1,7 +1,5 @@
 """What pressed and went: a plate may show a few percent of it for a while."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from models import Estimate, Result
@@ -113,10 +111,13 @@ def found(*touches):
     return Estimate(each[:, :2], each[:, 2], covariance, 200.0, 200, 0.5, Result.FOUND)
 
 
-def test_what_appears_as_a_touch_goes_that_slid_unseen_may_be_its_trace():
-    """It went on for a second without a frame, and lifted where nobody saw it."""
-    memory, faint = after([(50, 40, 2.0)]), (150, 90, 0.03)
-    stray, traces = memory.strays(found(faint))
+KEPT = 0.02  # of a touch
+
+
+def test_what_appears_after_a_time_without_frames_may_be_the_trace_of_a_touch():
+    """It slid on for a second, and lifted where nobody saw it."""
+    memory, faint = after([(50, 40, 2.0)]).by_frame(1.0), found((150, 90, 0.03))
+    stray, traces = memory.strays(faint, KEPT)
     assert stray.tolist() == [True]
     left = memory.after(pressed(), traces).left
     np.testing.assert_allclose(left.touches, [[50, 40, 2.0], [150, 90, 2.0]])
@@ -126,23 +127,26 @@ def test_what_appears_as_a_touch_goes_that_slid_unseen_may_be_its_trace():
     assert wider[1] == 4.0 * wider[2] > 1.0, "its place is known as badly as it was found"
 
 
-def test_a_touch_is_no_trace_while_all_others_stay_or_where_it_is_strong_or_near():
-    memory = after([(50, 40, 2.0)])
-    for touches in (
-        [(50, 40, 2.0), (150, 90, 0.03)],
-        [(150, 90, 1.1 * FADED * 2.0)],
-        [(52, 40, 0.03)],
-    ):
-        stray, traces = memory.strays(found(*touches))
+def test_one_that_came_and_went_unseen_may_have_been_as_strong_as_any():
+    beside = found((60, 120, 3.0), (150, 90, 0.03))
+    stray, traces = Memory().by_frame(1.0).strays(beside, KEPT)
+    assert stray.tolist() == [False, True]
+    np.testing.assert_allclose(traces.touches, [[150, 90, 3.0]])
+
+
+def test_a_touch_is_no_trace_while_all_is_seen_or_where_it_is_strong_or_near():
+    seen, unseen = after([(50, 40, 2.0)]).by_frame(0.5 * BRIEF), after([(50, 40, 2.0)]).by_frame(1)
+    assert not seen.strays(found((150, 90, 0.03)), KEPT)[0].any()
+    for touch in ((150, 90, 3.3 * KEPT * 2.0), (52, 40, 0.03)):
+        stray, traces = unseen.strays(found(touch), KEPT)
         assert not stray.any()
         assert not len(traces)
 
 
-def test_one_that_came_and_went_while_no_frame_was_taken_may_have_left_what_appears():
-    before, faint = after([(50, 40, 2.0)], []), found((150, 90, 0.03))
-    assert not before.strays(faint)[0].any()
-    stray, traces = replace(before, unseen=2.0 * BRIEF).strays(faint)
-    assert stray.all()
-    np.testing.assert_allclose(traces.touches, [[150, 90, 2.0]])
-    beside = found((60, 120, 3.0), (150, 90, 0.03))  # as another one presses already
-    assert replace(Memory(), unseen=2.0 * BRIEF).strays(beside)[0].tolist() == [False, True]
+def test_what_was_not_seen_counts_for_as_long_as_it_may_have_been():
+    memory = Memory().by_frame(1.0).after(pressed((50, 40, 2.0)))
+    held = found((50, 40, 2.0), (150, 90, 0.03))
+    assert memory.by_frame(0.1).strays(held, KEPT)[0].tolist() == [False, True]
+    for _ in range(8):
+        memory = memory.by_frame(0.1).after(pressed((50, 40, 2.0)))
+    assert not memory.strays(held, KEPT)[0].any()
