@@ -30,6 +30,7 @@
 /start/trace           (N, 24) float64        what is known of their traces, see `Traces`
 /start/trace_scatter   (N, 24, 24) float64
 /start/covered         (N, 8, 3) float64
+/start/unseen          (N,) float64, s
 /frames/check          (N,) uint32            CRC-32 of a frame's numbers, all but the large arrays
 /frames/reference      (N,) int64             0 for /reference, n for the n-th of /tares/image
 /tares/image           (M, H, W) float32      references that were taken while the loop ran

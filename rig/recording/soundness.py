@@ -44,6 +44,7 @@ NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
 """Kind of number and shape of a frame's part; 0 for any length."""
 
 LEFT, TRACE, SCATTER = "start/left", "start/trace", "start/trace_scatter"
+UNSEEN = "start/unseen"
 TRACES: Mapping[str, tuple[str, tuple[int, ...]]] = {
     LEFT: ("f", (0, 3)),
     TRACE: ("f", (0,)),
@@ -70,6 +71,7 @@ BOUNDED = (
     LEFT,
     TRACE,
     SCATTER,
+    UNSEEN,
 )
 
 
@@ -78,6 +80,7 @@ def wrong_layout(arrays: Mapping[str, h5py.Dataset], reference: tuple[int, ...])
     wanted = {**NEEDED}
     wanted |= TRACES if TRACE in arrays or SCATTER in arrays else {}
     wanted |= FIT if FIT.keys() & arrays.keys() else {}
+    wanted |= {UNSEEN: ("f", ())} if UNSEEN in arrays else {}
     for name, (kind, shape) in wanted.items():
         array = arrays.get(name)
         if array is None:

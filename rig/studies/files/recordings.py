@@ -66,6 +66,7 @@ def recorded_frame(number: int) -> dict[str, AnyArray]:
         "start/moved": touch[:, :2],
         "start/left": touch,
         "start/covered": touch[1:],
+        "start/unseen": np.asarray(0.03),
         "start/trace": np.array([0.5, 0.1, -0.2] + [np.nan] * 3),
         "start/trace_scatter": layout.padded(np.diag([1.0, 0.5, 0.25]), 6),
         layout.LAST: np.asarray(16 + number),
