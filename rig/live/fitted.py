@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from models import NO_TRACES, Estimate, Estimator, Traces
+from models import NO_TRACES, Estimate, Estimator
 from rig.live.baseline import is_consistent
 from rig.live.memory import Memory
 from rig.system.arrays import F64
 
-_AGAIN = 2  # looks at a frame: with what ended in it, and with what was left unseen
+_LOOKS = 3  # at a frame: by itself, with what ended in it, and with what was left unseen
 
 
 def fitted(
@@ -33,35 +32,20 @@ def fitted(
     """
     if estimator.bench is None:
         return estimator.fit_whitened(measured, start), before
-    look = partial(_look, estimator, estimator.bench.memory, measured, before)
-    left = before.after(start).left
-    estimate, memory, strays = look(start, left, NO_TRACES)
-    for _ in range(_AGAIN):
-        if memory.left.same(left):
+    left, strays, looks = before.after(start).left, NO_TRACES, 1
+    while True:
+        estimate = estimator.fit_whitened(measured, start, left=left)
+        stray, found = before.strays(estimate, estimator.bench.memory, strays)
+        strays = found.and_older(strays)
+        memory = before.after(touches_of(estimate)[~stray], strays)
+        if memory.left.same(left) or looks == _LOOKS:
             break
-        left = memory.left
-        estimate, memory, strays = look(memory.held, left, strays)
+        start, left, looks = memory.held, memory.left, looks + 1
     if memory.left.same(before.left) or not is_consistent(estimate):
         return estimate, memory
     return estimate, replace(
         memory, left=estimator.traces_after(measured, touches_of(estimate), memory.left)
     )
-
-
-def _look(
-    estimator: Estimator,
-    kept: float,
-    measured: F64,
-    before: Memory,
-    start: F64,
-    left: Traces,
-    strays: Traces,
-) -> tuple[Estimate, Memory, Traces]:
-    """Find touches beside traces; memory after them, and strays with those that they show."""
-    estimate = estimator.fit_whitened(measured, start, left=left)
-    stray, found = before.strays(estimate, kept, strays)
-    strays = found.and_older(strays)
-    return estimate, before.after(touches_of(estimate)[~stray], strays), strays
 
 
 def touches_of(estimate: Estimate) -> F64:

@@ -15,7 +15,8 @@ SAME = 10.0  # mm, within which two touches are one
 # it passed between two frames keeps nothing of it. A lift and a press take longer than a frame.
 SLID, STEADY = 40.0, 0.25
 # Fraction of its largest force below which a touch has ended: thrice what a plate keeps of it.
-FADED = 3.0 * MEMORY
+_THRICE = 3.0
+FADED = _THRICE * MEMORY
 MANY = 8  # that are remembered: a trace of 0.01 N is seen on a plate of 1 mm
 BRIEF = 0.3  # s, in which no touch comes and goes that leaves a trace
 RENEWED = 0.5  # of what pressed there before: what is left of that no longer counts
@@ -44,7 +45,7 @@ class Memory:
     covered : (n, 3) float64, mm, mm, N
         Those of them where something presses now: their trace does not count until it has gone on.
     unseen : float, s
-        For how long no frame was taken, less the time since; see `by_frame`.
+        For how long frames were lost, less the time since; see `by_frame`.
     """
 
     held: F64 = field(default_factory=_none)
@@ -82,20 +83,20 @@ class Memory:
         left = left_by(self.held[ended], self.moved[ended]).and_older(strays).and_older(older)
         return Memory(held, moved, left.of(np.arange(len(left)) < MANY), covered, self.unseen)
 
-    def by_frame(self, seconds: float) -> Memory:
-        """Memory before a frame that is taken so long after the last one.
+    def by_frame(self, seconds: float, lost: bool) -> Memory:
+        """Memory before a frame that is taken so long after the last one; some between may be lost.
 
-        What was not seen shows itself later than that, where something pressed beside it: the
-        longer it may have been, the longer it counts.
+        A source that is slow has shown all it has. What was not seen shows itself later too, where
+        something pressed beside it: the longer it may have been, the longer it counts.
         """
-        return replace(self, unseen=max(seconds, self.unseen - seconds))
+        return replace(self, unseen=max(seconds if lost else 0.0, self.unseen - seconds))
 
     def strays(
         self, estimate: Estimate, memory: float, known: Traces = NO_TRACES
     ) -> tuple[Mask, Traces]:
         """Say which of the touches found may be traces of one that was not seen, and what it left.
 
-        One has gone on while no frame was taken, or another came and went. What it left is as weak
+        One has gone on while frames were lost, or another came and went. What it left is as weak
         as the plate keeps of the strongest, and lies far from where all were seen last and from
         strays that are known already.
 
@@ -107,11 +108,13 @@ class Memory:
         known : Traces
         """
         found = np.column_stack([estimate.xy, estimate.force])
+        if self.unseen <= BRIEF:
+            return np.zeros(len(found), dtype=bool), NO_TRACES
         every = np.concatenate([self.held, known.touches])
         come = _which(found, lambda touch: not _near(every, touch).any())
         ever = np.concatenate([self.held, self.left.touches, found])
         strongest = float(ever[:, 2].max(initial=0.0))
-        stray = come & (found[:, 2] < 3.0 * memory * strongest) & (self.unseen > BRIEF)
+        stray = come & (found[:, 2] < _THRICE * memory * strongest)
         places = [estimate.touch_covariance(int(k))[:2, :2] for k in np.flatnonzero(stray)]
         left = np.column_stack([found[stray, :2], np.full(len(places), strongest)])
         return stray, left_about(left, np.reshape(places, (-1, 2, 2)))

@@ -95,7 +95,8 @@ class FrameProcessor:
         watch = self._watch
         watch.add("arrive", self._clock() - frame.given)
         seconds = 0.0 if self._captured is None else frame.captured - self._captured
-        before = replace(self._state, memory=self._state.memory.by_frame(seconds))
+        lost = self._sequence is not None and frame.sequence > self._sequence + 1
+        before = replace(self._state, memory=self._state.memory.by_frame(seconds, lost))
         drift = drift_weight(seconds)
         frame_estimate = report_frame(
             self.chain, self._net, frame.image, before, watch, drift, frame.captured
@@ -106,7 +107,8 @@ class FrameProcessor:
             followed = self._tracks.follow(frame_estimate.estimate, frame.captured)
         self._tracks, identities, events = followed
         self._hidden = self._hidden.followed(frame_estimate.hidden)
-        self._state, self._captured = frame_estimate.state, frame.captured
+        self._state = frame_estimate.state
+        self._captured, self._sequence = frame.captured, frame.sequence
         known = {track.identity: track for track in self._tracks.tracks}
         tracks = tuple(known[identity] for identity in identities)
         return FrameResult(before, frame_estimate, identities, tracks, events)
@@ -187,6 +189,7 @@ class FrameProcessor:
         self._state, self._tracks = at_rest(self.chain), Tracks()
         self._hidden = self._bench.hidden_parts
         self._captured: float | None = None
+        self._sequence: int | None = None
 
 
 def _unfocused(blur: float) -> str:

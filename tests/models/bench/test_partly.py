@@ -72,10 +72,10 @@ def test_three_presses_say_no_more_than_they_know(few):
 @pytest.mark.slow
 @pytest.mark.parametrize("places", [PLACES[::4], PLACES])
 def test_what_is_asked_for_is_within_its_sigma_while_all_else_is_off(forward, places):
-    off = np.concatenate([errors(*partly(forward, seed, places)) for seed in range(20, 32)])
+    off = np.concatenate([errors(*partly(forward, seed, places)) for seed in range(20, 50)])
     assert off.max() < 4.5
-    assert 0.5 < np.mean(off < 1.0) < 0.85
-    assert np.mean(off < 2.0) > 0.82
+    assert 0.6 < np.mean(off < 1.0) < 0.8
+    assert np.mean(off < 2.0) > 0.9
 
 
 def test_what_was_not_asked_for_stays_as_it_was(few):

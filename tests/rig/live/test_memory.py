@@ -116,7 +116,7 @@ KEPT = 0.02  # of a touch
 
 def test_what_appears_after_a_time_without_frames_may_be_the_trace_of_a_touch():
     """It slid on for a second, and lifted where nobody saw it."""
-    memory, faint = after([(50, 40, 2.0)]).by_frame(1.0), found((150, 90, 0.03))
+    memory, faint = after([(50, 40, 2.0)]).by_frame(1.0, lost=True), found((150, 90, 0.03))
     stray, traces = memory.strays(faint, KEPT)
     assert stray.tolist() == [True]
     left = memory.after(pressed(), traces).left
@@ -129,13 +129,16 @@ def test_what_appears_after_a_time_without_frames_may_be_the_trace_of_a_touch():
 
 def test_one_that_came_and_went_unseen_may_have_been_as_strong_as_any():
     beside = found((60, 120, 3.0), (150, 90, 0.03))
-    stray, traces = Memory().by_frame(1.0).strays(beside, KEPT)
+    stray, traces = Memory().by_frame(1.0, lost=True).strays(beside, KEPT)
     assert stray.tolist() == [False, True]
     np.testing.assert_allclose(traces.touches, [[150, 90, 3.0]])
 
 
 def test_a_touch_is_no_trace_while_all_is_seen_or_where_it_is_strong_or_near():
-    seen, unseen = after([(50, 40, 2.0)]).by_frame(0.5 * BRIEF), after([(50, 40, 2.0)]).by_frame(1)
+    seen, unseen = (
+        after([(50, 40, 2.0)]).by_frame(0.5 * BRIEF, lost=True),
+        after([(50, 40, 2.0)]).by_frame(1, lost=True),
+    )
     assert not seen.strays(found((150, 90, 0.03)), KEPT)[0].any()
     for touch in ((150, 90, 3.3 * KEPT * 2.0), (52, 40, 0.03)):
         stray, traces = unseen.strays(found(touch), KEPT)
@@ -144,9 +147,14 @@ def test_a_touch_is_no_trace_while_all_is_seen_or_where_it_is_strong_or_near():
 
 
 def test_what_was_not_seen_counts_for_as_long_as_it_may_have_been():
-    memory = Memory().by_frame(1.0).after(pressed((50, 40, 2.0)))
+    memory = Memory().by_frame(1.0, lost=True).after(pressed((50, 40, 2.0)))
     held = found((50, 40, 2.0), (150, 90, 0.03))
-    assert memory.by_frame(0.1).strays(held, KEPT)[0].tolist() == [False, True]
+    assert memory.by_frame(0.1, lost=True).strays(held, KEPT)[0].tolist() == [False, True]
     for _ in range(8):
-        memory = memory.by_frame(0.1).after(pressed((50, 40, 2.0)))
+        memory = memory.by_frame(0.1, lost=True).after(pressed((50, 40, 2.0)))
     assert not memory.strays(held, KEPT)[0].any()
+
+
+def test_a_slow_source_has_shown_all_it_has():
+    memory = after([(50, 40, 2.0)]).by_frame(2.0, lost=False)
+    assert not memory.strays(found((150, 90, 0.03)), KEPT)[0].any()
