@@ -15,8 +15,8 @@ from models.arrays import F64, Mask
 from models.bench.relevance import Posterior, scale_weights
 
 _PARTS = slice(0, 2), slice(2, 3)  # place and force
-_SCALES = np.geomspace(0.1, 10.0, 13)  # times as far as most labels lie, at least as is stated
-_LIKELY = np.exp(-0.5 * np.log(_SCALES) ** 2)  # a σ that nobody states may be e times off
+_SCALES = np.geomspace(0.1, 10.0, 13)  # of how far most labels lie, or of σ where that is more
+_PRIOR = np.exp(-0.5 * np.log(_SCALES) ** 2)  # a σ that nobody states may be e times off
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _OFFSET = 2.0  # standard deviations by which all places may lie to one side by chance
 _MEDIAN = 0.9  # of the larger of one or two deviates, in standard deviations
@@ -83,7 +83,7 @@ def _likely_scale(stated: F64, taken: F64, shown: Shown, which: Mask, scales: F6
     unit, flat = taken / scale, which.ravel()
     covariance = shown.covariance[np.ix_(flat, flat)] / np.outer(unit, unit)
     found = Posterior(shown.left[which] / unit, covariance)
-    weights = _LIKELY * scale_weights(found, np.arange(len(unit)), scale, scales)
+    weights = _PRIOR * scale_weights(found, np.arange(len(unit)), scale, scales)
     return float(np.exp(weights @ np.log(scales) / weights.sum()))
 
 

@@ -142,6 +142,20 @@ def scale_weights(found: Posterior, numbers: Numbers, scale: float, scales: F64 
     values, turned = np.linalg.eigh(precision)
     shown = np.maximum(values - scale**-2, 0.0)  # what is measured, without the prior
     towards = turned.T @ (precision @ found.mean[numbers])
+    return evident_scales(shown, towards, scales)
+
+
+def evident_scales(shown: F64, towards: F64, scales: F64) -> F64:
+    """Probability of each of some scales, all equally likely beforehand, of numbers by themselves.
+
+    Parameters
+    ----------
+    shown : (n,) float64
+        Information on each number, in standard deviations of its prior, that left out.
+    towards : (n,) float64
+        Its product with the number that fits best.
+    scales : (S,) float64
+    """
     squares = scales[:, None] ** 2
     grown = 1.0 + squares * shown
     evidence = 0.5 * (squares * towards**2 / grown - np.log(grown)).sum(axis=1)

@@ -12,6 +12,7 @@ import numpy as np
 from models.arrays import F64
 from models.bench.joint import JointProblem, State, of_reference
 from models.bench.marginal import own_error
+from models.bench.relevance import evident_scales
 from models.forward.bench_forward import BenchForward
 
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
@@ -94,8 +95,7 @@ def likely_memory(
     It is that of the prior times a scale that is not known, root mean square of all that are
     likely; what of a trace looks like the press itself says nothing.
     """
-    variances = np.square(_SCALES * problem.prior.memory)
-    evidence = np.zeros(len(_SCALES))
+    shown, towards = list[float](), list[float]()
     found = scatters(problem, seen, state)
     given = list(zip(problem.presses, seen, state.touches, found, strict=True))
     for press, on, touch, scatter in given[1:]:
@@ -104,8 +104,8 @@ def likely_memory(
         left = scatter.left - tangent @ (tangent.T @ scatter.left)
         even = scatter.even(discrepancy)
         rest = press.measured - predicted - of_reference(problem, press) @ state.noise
-        grown = 1.0 + variances * float(left @ left) / even
-        shown = float(left @ rest) / even
-        evidence += 0.5 * (variances * shown**2 / grown - np.log(grown))
-    weights = np.exp(evidence - evidence.max())
-    return float(np.sqrt(weights @ variances / weights.sum()))
+        shown.append(float(left @ left) / even)
+        towards.append(float(left @ rest) / even)
+    memories = _SCALES * problem.prior.memory
+    weights = evident_scales(np.array(shown), np.array(towards), memories)
+    return float(np.sqrt(weights @ np.square(memories)))

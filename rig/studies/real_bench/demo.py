@@ -3,11 +3,11 @@
 Parts: few (every frame of one tour of 25 s), tours (of four), outrun (one frame of three of twelve
 tours, as a machine shows them that does not keep up), lost (two to seven frames of twelve tours are
 left out, and now and then twenty to sixty), live (`touchplate run` itself, three times 3000 frames,
-as fast as the machine is). Truth is the whole plate of von Kármán on its own mesh,
-seen by a camera that is otherwise than the scene says; the loop has the scene, the shipped
-calibration of nine presses, and learns on while it runs. Place and force: each touch of frames in
-which all that press with 0.5 N or more are found and nothing else; inside 1 and 2 σ: x, y and F
-each, of frames that are FOUND.
+as fast as the machine is). Truth is the whole plate of von Kármán on its own mesh, seen by a camera
+that is otherwise than the scene says; the loop has the scene, the shipped calibration of nine
+presses, and learns on while it runs. Place and force: each touch of frames in which all that press
+with 0.5 N or more are found and nothing else; inside 1 and 2 σ: x, y and F each, of frames that are
+FOUND.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ from rig.system.frame import Frame
 TABLE = "The demo as a newcomer sees it"
 WEAKEST = 0.5  # N
 RUNS, FRAMES = 3, 3000
-_SHORT, _LONG, _OFTEN, _SEED = (3, 9), (21, 62), 0.06, 17  # frames, of which one is seen
+_SHORT, _LONG = (3, 9), (21, 62)  # frames from one that is seen to the next
+_OFTEN, _SEED = 0.06, 17  # part of the long ones
 LIVE = "--headless", "--json", "--frames", str(FRAMES)
 PROGRAM = "from rig.cli import main; main()"
 PLACE, FAR, FORCE, NONE = at_most(0.4), at_most(1.0), at_most(1.5), at_most(0.0)
@@ -127,7 +128,7 @@ def tours(count: int, every: int = 1) -> Iterator[Figure]:
 
 
 def lost(count: int) -> Iterator[Figure]:
-    """Score so many tours, of which frames are lost for up to two seconds."""
+    """Score so many tours, of which frames are lost for up to four seconds."""
     case = f"{SCENE}, frames lost, {count * TOUR_LENGTH / 60.0:.0f} minutes"
     yield from _toured(case, count, _kept_frames(np.random.default_rng(_SEED)))
 
