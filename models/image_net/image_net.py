@@ -12,7 +12,16 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import map_coordinates, spline_filter
 from scipy.spatial import KDTree
 
-from dic import DisplacementField, Reference, Status, adaptive_field, check_image
+from dic import (
+    DisplacementField,
+    Reference,
+    Status,
+    adaptive_field,
+    adaptive_tiles,
+    check_image,
+    correlate,
+    tiles_at_points,
+)
 from models.arrays import F64, I64, AnyArray, Mask
 from models.field_net.field_net import REINSTALL, TOO_SMALL, NetField, adaptive_alone
 from models.image_net.features import STRIDE
@@ -57,19 +66,24 @@ def image_net_field(
     trained on, where its motion leaves more of the images than noise does, where it says no more
     than it makes of noise, and where its file cannot be read, the adaptive field stands and
     `NetField.reason` says so. Slopes are those of the refined field, and their σ is that of the
-    adaptive field, grown as that of the displacement is.
+    adaptive field, grown as that of the displacement is; of what blocks lie apart by, which widens
+    that σ, the net finds a part, and the root counts.
     """
     if find_spec("torch") is None:
         raise ValueError(
             "the image net needs torch, which is not installed; run 'pip install torch' or take "
             "the adaptive field"
         )
-    found = adaptive_field(ref, image)
+    start = correlate(ref, image)
     place = read_device(device, ref.device)
-    if found.grid is None:
+    if start.grid is None:
         raise ValueError(
             "the image net refines the field of a grid, got scattered points; prepare a grid"
         )
+    tiles = adaptive_tiles(ref, image, start)
+    if tiles is None:
+        return adaptive_alone(adaptive_field(ref, image), TOO_SMALL)
+    found = tiles_at_points(start, tiles)
     if min(ref.image.shape) < _SMALLEST or not found.valid.any():
         return adaptive_alone(found, TOO_SMALL)
     try:
@@ -78,7 +92,8 @@ def image_net_field(
         return adaptive_alone(found, str(error))
     pair = image_pair(ref, check_image(image, "deformed"))
     cells = refine(taken, pair, first_motion(found, ref.image.shape), place)
-    return _at_points(found, cells)
+    factor = tiles.slope_factor.ravel()[tiles.lattice.nearest(found.xy)]
+    return _at_points(found, factor, cells)
 
 
 @cache
@@ -95,8 +110,11 @@ def shipped_image_net() -> ImageNet:
     return load_image_net(SHIPPED, REINSTALL)
 
 
-def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
-    """Put what the net has found in the place of the adaptive field, where it is known."""
+def _at_points(found: DisplacementField, factor: F64, cells: RefinedCells) -> NetField:
+    """Put what the net has found in the place of the adaptive field, where it is known.
+
+    `factor` (N,) says how many times their σ the slopes of the adaptive field err.
+    """
     place = ((found.xy - (CELL - 1) / 2) / CELL)[:, ::-1].T  # rows, columns of cells
     nearest = np.rint(place).astype(np.int64)
     nearest = np.clip(nearest, 0, np.array(cells.known.shape)[:, None] - 1)
@@ -108,6 +126,7 @@ def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
     near = _nearest_measured(found)
     growth = sigma / np.stack([found.sigma_u, found.sigma_v])[:, near]
     slopes = np.stack([_slopes(spline, place) for spline in splines], axis=1)
+    spread = found.sigma_gradient[near] / np.sqrt(factor[near])[:, None, None]
     each = by_net[:, None, None]
     field = replace(
         found,
@@ -116,9 +135,7 @@ def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
         sigma_u=np.where(by_net, sigma[0], found.sigma_u),
         sigma_v=np.where(by_net, sigma[1], found.sigma_v),
         gradient=np.where(each, slopes, found.gradient),
-        sigma_gradient=np.where(
-            each, growth.T[:, :, None] * found.sigma_gradient[near], found.sigma_gradient
-        ),
+        sigma_gradient=np.where(each, growth.T[:, :, None] * spread, found.sigma_gradient),
         status=np.where(by_net, Status.OK, found.status).astype(np.int8),
         gauge=_gauge(found, near, np.where(by_net, growth, 1.0)),
     )
