@@ -91,6 +91,21 @@ class Memory:
         """
         return replace(self, unseen=max(seconds if lost else 0.0, self.unseen - seconds))
 
+    def faint(self, memory: float, strongest: float = 0.0) -> float:
+        """Force, N, below which a touch that came while frames were lost may be a trace; or 0.
+
+        Parameters
+        ----------
+        memory : float
+            Fraction of a touch that the plate keeps, a standard deviation.
+        strongest : float, N
+            Of the touches of this frame.
+        """
+        if self.unseen <= BRIEF:
+            return 0.0
+        ever = (strongest, *self.held[:, 2], *self.left.touches[:, 2])
+        return _THRICE * memory * float(max(ever))
+
     def strays(
         self, estimate: Estimate, memory: float, known: Traces = NO_TRACES
     ) -> tuple[Mask, Traces]:
@@ -104,17 +119,17 @@ class Memory:
         ----------
         estimate : Estimate
         memory : float
-            Fraction of a touch that the plate keeps, a standard deviation.
+            As for `faint`.
         known : Traces
         """
         found = np.column_stack([estimate.xy, estimate.force])
-        if self.unseen <= BRIEF:
+        faint = self.faint(memory, float(estimate.force.max(initial=0.0)))
+        if not faint:
             return np.zeros(len(found), dtype=bool), NO_TRACES
         every = np.concatenate([self.held, known.touches])
         come = _which(found, lambda touch: not _near(every, touch).any())
-        ever = np.concatenate([self.held, self.left.touches, found])
-        strongest = float(ever[:, 2].max(initial=0.0))
-        stray = come & (found[:, 2] < _THRICE * memory * strongest)
+        strongest = faint / (_THRICE * memory)
+        stray = come & (found[:, 2] < faint)
         places = [estimate.touch_covariance(int(k))[:2, :2] for k in np.flatnonzero(stray)]
         left = np.column_stack([found[stray, :2], np.full(len(places), strongest)])
         return stray, left_about(left, np.reshape(places, (-1, 2, 2)))

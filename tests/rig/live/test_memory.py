@@ -1,9 +1,17 @@
 """What pressed and went: a plate may show a few percent of it for a while."""
 
 import numpy as np
+import pytest
 
+import fe
 from models import Estimate, Result
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
 from rig.live.memory import BRIEF, FADED, MANY, SLID, Memory
+from rig.live.tracker import FrameProcessor
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 
 def pressed(*touches):
@@ -158,3 +166,27 @@ def test_what_was_not_seen_counts_for_as_long_as_it_may_have_been():
 def test_a_slow_source_has_shown_all_it_has():
     memory = after([(50, 40, 2.0)]).by_frame(2.0, lost=False)
     assert not memory.strays(found((150, 90, 0.03)), KEPT)[0].any()
+
+
+def test_it_says_below_which_force_a_touch_may_be_a_trace():
+    memory = after([(50, 40, 2.0)])
+    assert memory.by_frame(1.0, lost=False).faint(KEPT) == 0.0
+    missed = memory.by_frame(1.0, lost=True)
+    assert missed.faint(KEPT) == pytest.approx(3 * KEPT * 2.0)
+    assert missed.faint(KEPT, 5.0) == pytest.approx(3 * KEPT * 5.0)
+
+
+def test_while_frames_were_lost_the_sentence_says_what_cannot_be_known(small):
+    scene = small({"comparison": None, "estimator.bench": "usual"})
+    bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
+    reference = average_reference([twin.frame(k, ()) for k in range(8)])
+    follower = FrameProcessor(bench, reference, Stopwatch(lambda: 0.0), lambda: 0.0)
+    touches = (fe.Touch(140.0, 110.0, 3.0),)
+
+    def said(number, now):
+        frame = Frame(number, now, twin.frame(number, touches))
+        return follower.sentence(follower.process(frame).frame_estimate)
+
+    assert said(8, 0.0) == said(9, 1.0) == "one touch"  # a source that is slow
+    assert "frames were lost: for 1.0 s a new touch of less than" in said(12, 2.0)
+    assert said(13, 3.5) == "one touch"
