@@ -12,7 +12,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtrs
 
 from models.arrays import F64
 from models.dynamics.expected import Expected, expect
@@ -105,9 +105,9 @@ def follow(before: Vibration, view: ExposedFrame, agility: float, about: About) 
     """
     expected = expect(before, view.span, view.seeing, about.tangent, about.forces, agility)
     reduced = about.tangent.reduced(view.seeing, view.measured)
-    lower = np.linalg.cholesky(expected.scatter)
+    lower = np.asarray(np.linalg.cholesky(expected.scatter), dtype=np.float64)
     both = np.column_stack([reduced - expected.shown, expected.shown_factor])
-    white = solve_triangular(lower, both, lower=True, check_finite=False)
+    white = _solved(lower, both)
     posterior = _posterior(expected, white[:, 1:], white[:, 0], view.span)
     missed = float(white[:, 0] @ white[:, 0])
     beside = float(view.measured @ view.measured - reduced @ reduced)
@@ -129,6 +129,8 @@ def averaged(followed: Sequence[Followed], weights: F64) -> Followed:
     likeliest alone (Hoeting et al. 1999, equations 5 and 6). All else is that of the first.
     """
     first = followed[0]
+    if len(followed) == 1:
+        return first
     forces = weights @ [one.forces for one in followed]
     factors: list[F64] = []
     for one, weight in zip(followed, weights.tolist(), strict=True):
@@ -157,14 +159,21 @@ def _posterior(expected: Expected, seen: F64, away: F64, span: Span) -> _Posteri
         scale[expected.places] = slide * float(span.steps.sum())
         inner = np.eye(len(gram)) + scale[:, None] * gram * scale
         lower = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
-        white = solve_triangular(lower, scale * towards, lower=True, check_finite=False)
+        white = _solved(lower, scale * towards)
         fit = 0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
         choices.append((fit - odds, scale, lower, white, fit))
         if not len(expected.places):
             break
     _, scale, lower, white, fit = max(choices, key=lambda one: one[0])
-    turn = solve_triangular(lower, np.eye(len(gram)), lower=True, check_finite=False).T
+    turn = _solved(lower, np.eye(len(gram))).T
     return _Posterior(scale, turn, scale * (turn @ white), fit, float(white @ white))
+
+
+def _solved(lower: F64, right: F64) -> F64:
+    """Solve L x = b of LAPACK itself: SciPy's checks take longer than systems as small as these."""
+    if not len(lower):
+        return right
+    return np.asarray(dtrtrs(lower.T, right, lower=0, trans=1)[0], dtype=np.float64)
 
 
 def _corrected(

@@ -215,6 +215,8 @@ def _stated(
 ) -> tuple[Estimate, InTime]:
     """State the touches of a frame whose modes were followed."""
     vibration, seeing, time = followed.vibration, view.seeing, view.time
+    if not vibration.count:
+        return _ringing_alone(view, estimate, bank, followed)
     sigma = np.linalg.norm(followed.touch_factor[:, 2], axis=1)
     there = vibration.pressing & (followed.forces > TOUCH * sigma)
     surely = vibration.forces - SURE * np.linalg.norm(vibration.force_factor, axis=2)
@@ -223,7 +225,7 @@ def _stated(
     if ending.any():
         bank = bank.ending(ending, time)
     past = vibration.ended <= time - SETTLED
-    shown = np.pad(shown, ((0, vibration.count - len(shown)), (0, 0)))
+    shown = np.concatenate([shown, np.zeros((vibration.count - len(shown), 2))])
     shown[:, 0] += there
     shown[:, 1] = np.maximum(shown[:, 1], followed.forces - SURE * sigma)
     enough = ENOUGH_FAST if view.span.turn[0] < 2 * pi else ENOUGH
@@ -256,6 +258,21 @@ def _stated(
         chi2=estimate.chi2,
     )
     return stated, state
+
+
+def _ringing_alone(
+    view: ExposedFrame, estimate: Estimate, bank: Bank, followed: Followed
+) -> tuple[Estimate, InTime]:
+    """State that nothing touches a plate that may ring."""
+    none = replace(
+        estimate,
+        xy=np.empty((0, 2)),
+        force=np.empty(0),
+        covariance=np.empty((0, 0)),
+        result=Result.NO_TOUCH,
+    )
+    kept = None if _silent(view.seeing, bank.best) else bank
+    return none, InTime(view.time, bank=kept, swing=followed.amplitudes, chi2=estimate.chi2)
 
 
 def _at_rest(before: InTime, estimate: Estimate, interval: float) -> bool:
