@@ -22,6 +22,7 @@ from models.bench.joint import (
     JointProblem,
     State,
     Term,
+    build_terms,
     camera_moved,
     descend,
     information,
@@ -135,6 +136,8 @@ def identify(
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:
             break
+    # In the units of the last turn, which judged the priors anew, and by the camera as it stands.
+    terms, _ = build_terms(problem, on, state, terms)
     solved = _Solved(problem, seen, bench, state, terms, causes)
     if whole:
         return _described(solved, soft_limits(problem, state))

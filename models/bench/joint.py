@@ -179,11 +179,11 @@ def descend(
     problem: JointProblem, on: BenchForward, state: State, near: list[Term]
 ) -> tuple[State, list[Term], bool]:
     """Gauss-Newton steps, damped where they fail; and whether the last one brought nothing more."""
-    terms, cost = _terms(problem, on, state, near)
+    terms, cost = build_terms(problem, on, state, near)
     damping = _DAMPING
     for _ in range(_STEPS):
         trial = _stepped(problem, state, terms, damping)
-        found, trial_cost = _terms(problem, on, trial, terms)
+        found, trial_cost = build_terms(problem, on, trial, terms)
         fall = cost - trial_cost
         if fall > 0.0:
             state, terms, cost = trial, found, trial_cost
@@ -193,7 +193,7 @@ def descend(
     return state, terms, False
 
 
-def _terms(
+def build_terms(
     problem: JointProblem, on: BenchForward, state: State, near: list[Term]
 ) -> tuple[list[Term], float]:
     """Build normal equations of all presses, and χ² with the priors; `near` are those before."""

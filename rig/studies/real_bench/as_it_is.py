@@ -30,6 +30,7 @@ import numpy as np
 import models
 import rig
 from rig.calibration import bench_presses, store
+from rig.calibration.bench_refusal import require_sound
 from rig.calibration.store import Calibration, read_calibration
 from rig.report.figure import Bar, Figure, at_most
 from rig.studies.real_bench.departure import ALL, BENCHES, DEPARTURES, SURROUNDED, RealBench
@@ -175,11 +176,13 @@ def calibrated(scene: Path, listed: Path, made: list[Touched]) -> Calibrated:
 
 
 def identified(scene: Path, listed: Path, images: Path) -> models.BenchEstimate:
-    """Find the bench as ``touchplate calibrate bench`` does."""
-    presses = bench_presses.read_list(listed)
-    return bench_presses.identify_bench(
-        rig.load(scene), Calibration(), presses, images, (), lambda done, total: None
+    """Find the bench as ``touchplate calibrate bench`` does, which refuses one that cannot be."""
+    read, presses = rig.load(scene), bench_presses.read_list(listed)
+    found = bench_presses.identify_bench(
+        read, Calibration(), presses, images, (), lambda done, total: None
     )
+    require_sound(found, read.plate.size)
+    return found
 
 
 def kept(found: models.BenchEstimate, folder: Path) -> Calibration:
