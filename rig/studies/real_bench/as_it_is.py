@@ -31,6 +31,7 @@ import models
 import rig
 from rig.calibration import bench_presses, store
 from rig.calibration.bench_refusal import require_sound
+from rig.calibration.steps import plate_of
 from rig.calibration.store import Calibration, read_calibration
 from rig.report.figure import Bar, Figure, at_most
 from rig.studies.real_bench.departure import ALL, BENCHES, DEPARTURES, SURROUNDED, RealBench
@@ -181,7 +182,7 @@ def identified(scene: Path, listed: Path, images: Path) -> models.BenchEstimate:
     found = bench_presses.identify_bench(
         read, Calibration(), presses, images, (), lambda done, total: None
     )
-    require_sound(found, read.plate.size)
+    require_sound(found, plate_of(read).size)
     return found
 
 
