@@ -165,19 +165,23 @@ class FrameProcessor:
             said += f". {focus}"
         if caution := self._caution(frame_estimate):
             said += f"; {caution}"
-        if faint := self._faint(frame_estimate):
-            said += (
-                f"; frames were lost: for {frame_estimate.state.memory.unseen:.1f} s a new touch of"
-                f" less than {faint:.2f} N may be taken for what another left"
-            )
+        if unseen := self._unseen(frame_estimate):
+            said += f"; {unseen}"
         return said
 
-    def _faint(self, frame_estimate: FrameEstimate) -> float:
-        """Force below which a touch that came while frames were lost may be a trace, N; or 0."""
+    def _unseen(self, frame_estimate: FrameEstimate) -> str:
+        """Say what cannot be known since frames were lost; empty where all was seen."""
         bench, force = self.chain.estimator.bench, frame_estimate.estimate.force
         if bench is None:
-            return 0.0
-        return frame_estimate.state.memory.faint(bench.memory, float(force.max(initial=0.0)))
+            return ""
+        memory = frame_estimate.state.memory
+        faint = memory.faint(bench.memory, float(force.max(initial=0.0)))
+        if not faint:
+            return ""
+        return (
+            f"frames were lost: for {memory.unseen:.1f} s a new touch of less than {faint:.2f} N"
+            " may be taken for what another left"
+        )
 
     def _caution(self, frame_estimate: FrameEstimate) -> str:
         """Say what is wrong with material or theory under these touches; empty where both hold."""

@@ -371,6 +371,6 @@ def test_a_sentence_says_what_is_known_of_a_misfit(hidden, p_value, blur, cause,
         blur=blur,
     )
     behind = SimpleNamespace(sentence=lambda hidden: "BEHIND" if hidden.any() else "")
-    follower = SimpleNamespace(_caution=lambda found: "", _hidden=behind)
-    said = FrameProcessor.sentence(follower, found, cause)
+    none = SimpleNamespace(_caution=lambda found: "", _unseen=lambda found: "", _hidden=behind)
+    said = FrameProcessor.sentence(none, found, cause)
     assert said.endswith(says) if p_value == 0.5 else says in said
