@@ -170,7 +170,7 @@ def _posterior(expected: Expected, seen: F64, away: F64, span: Span) -> _Posteri
 
 
 def _solved(lower: F64, right: F64) -> F64:
-    """Solve L x = b of LAPACK itself: SciPy's checks take longer than systems as small as these."""
+    """Solve L x = b by LAPACK itself: SciPy's checks take longer than systems as small as these."""
     if not len(lower):
         return right
     return np.asarray(dtrtrs(lower.T, right, lower=0, trans=1)[0], dtype=np.float64)

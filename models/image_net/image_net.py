@@ -92,8 +92,8 @@ def image_net_field(
         return adaptive_alone(found, str(error))
     pair = image_pair(ref, check_image(image, "deformed"))
     cells = refine(taken, pair, first_motion(found, ref.image.shape), place)
-    factor = tiles.slope_factor.ravel()[tiles.lattice.nearest(found.xy)]
-    return _at_points(found, factor, cells)
+    part = replace(tiles, slope_factor=np.sqrt(tiles.slope_factor))
+    return _at_points(found, tiles_at_points(start, part).sigma_gradient, cells)
 
 
 @cache
@@ -110,10 +110,10 @@ def shipped_image_net() -> ImageNet:
     return load_image_net(SHIPPED, REINSTALL)
 
 
-def _at_points(found: DisplacementField, factor: F64, cells: RefinedCells) -> NetField:
+def _at_points(found: DisplacementField, spread: F64, cells: RefinedCells) -> NetField:
     """Put what the net has found in the place of the adaptive field, where it is known.
 
-    `factor` (N,) says how many times their σ the slopes of the adaptive field err.
+    `spread` (N, 2, 2) is σ of slopes that grows where it does.
     """
     place = ((found.xy - (CELL - 1) / 2) / CELL)[:, ::-1].T  # rows, columns of cells
     nearest = np.rint(place).astype(np.int64)
@@ -126,7 +126,6 @@ def _at_points(found: DisplacementField, factor: F64, cells: RefinedCells) -> Ne
     near = _nearest_measured(found)
     growth = sigma / np.stack([found.sigma_u, found.sigma_v])[:, near]
     slopes = np.stack([_slopes(spline, place) for spline in splines], axis=1)
-    spread = found.sigma_gradient[near] / np.sqrt(factor[near])[:, None, None]
     each = by_net[:, None, None]
     field = replace(
         found,
@@ -135,7 +134,7 @@ def _at_points(found: DisplacementField, factor: F64, cells: RefinedCells) -> Ne
         sigma_u=np.where(by_net, sigma[0], found.sigma_u),
         sigma_v=np.where(by_net, sigma[1], found.sigma_v),
         gradient=np.where(each, slopes, found.gradient),
-        sigma_gradient=np.where(each, growth.T[:, :, None] * spread, found.sigma_gradient),
+        sigma_gradient=np.where(each, growth.T[:, :, None] * spread[near], found.sigma_gradient),
         status=np.where(by_net, Status.OK, found.status).astype(np.int8),
         gauge=_gauge(found, near, np.where(by_net, growth, 1.0)),
     )

@@ -103,8 +103,7 @@ class Memory:
         """
         if self.unseen <= BRIEF:
             return 0.0
-        ever = (strongest, *self.held[:, 2], *self.left.touches[:, 2])
-        return _THRICE * memory * float(max(ever))
+        return _THRICE * memory * self._strongest(strongest)
 
     def strays(
         self, estimate: Estimate, memory: float, known: Traces = NO_TRACES
@@ -123,16 +122,20 @@ class Memory:
         known : Traces
         """
         found = np.column_stack([estimate.xy, estimate.force])
-        faint = self.faint(memory, float(estimate.force.max(initial=0.0)))
+        strongest = self._strongest(float(estimate.force.max(initial=0.0)))
+        faint = self.faint(memory, strongest)
         if not faint:
             return np.zeros(len(found), dtype=bool), NO_TRACES
         every = np.concatenate([self.held, known.touches])
         come = _which(found, lambda touch: not _near(every, touch).any())
-        strongest = faint / (_THRICE * memory)
         stray = come & (found[:, 2] < faint)
         places = [estimate.touch_covariance(int(k))[:2, :2] for k in np.flatnonzero(stray)]
         left = np.column_stack([found[stray, :2], np.full(len(places), strongest)])
         return stray, left_about(left, np.reshape(places, (-1, 2, 2)))
+
+    def _strongest(self, now: float) -> float:
+        """Largest force of late, N: of what pressed last, what ended, and what presses now."""
+        return float(max((now, *self.held[:, 2], *self.left.touches[:, 2])))
 
 
 def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:
