@@ -107,52 +107,68 @@ def identify(
     asked = pose(presses, priors, look, free, forward).free
     problem = pose(presses, priors, look, NAMES, forward)
     whole = np.array_equal(asked, problem.free)
-    state = start(problem)
-    bench, terms = replace(priors, discrepancy=COARSE), list[Term]()
-    on = stand(forward, state.values, look)
-    seen = views(on, problem)
-    problem = without_uneven(problem, presses, on)
+    stage = _begun(problem, look, forward)
     causes = causes_among(problem.free, priors.measured) if priors.is_prior and whole else []
     for turn in range(_LIMIT):
-        before = state.values
-        problem = weighed(problem, seen, state, bench.discrepancy)
-        state, terms, converged = descend(problem, on, state, terms)
-        bench = replace(bench, converged=converged)
-        still = camera_moved(problem, before, state.values) < _MOVED
-        on = stand(on, state.values, look, near=on.fields.seen if still else None)
-        problem = without_uneven(problem, presses, on)
-        seen = views(on, problem, terms)
-        bench = replace(bench, discrepancy=likely_discrepancy(problem, seen, state))
-        bench = replace(bench, memory=likely_memory(problem, seen, state, bench.discrepancy))
-        problem = replace(problem, memory=bench.memory)
-        problem = replace(problem, labels=_labels(problem, terms, state))
-        still = still and converged
-        if causes and turn:  # the first one sees no more than large features
-            scales = likely_scales(information(problem, state, terms), causes)
-            still = still and _settled(problem, scales)
-            problem = rescaled(problem, scales)
+        weighed_causes = causes if turn else []  # the first one sees no more than large features
+        stage, still = _turn(stage, presses, look, weighed_causes)
         last = turn + 1 >= _TURNS and still
         if progress is not None:
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:
             break
     # In the units of the last turn, which judged the priors anew, and by the camera as it stands.
-    terms, _ = build_terms(problem, on, state, terms)
-    solved = _Solved(problem, seen, bench, state, terms, causes)
+    terms, _ = build_terms(stage.problem, stage.on, stage.state, stage.terms)
+    stage = stage._replace(terms=terms)
     if whole:
-        return _described(solved, soft_limits(problem, state))
-    return _partly(solved, priors, asked)
+        return _described(stage, causes, soft_limits(stage.problem, stage.state))
+    return _partly(stage, priors, asked)
 
 
-class _Solved(NamedTuple):
-    """Where the descent ended."""
+class _Stage(NamedTuple):
+    """Where the descent stands: presses, as they are seen from a bench, what was found, and how."""
 
     problem: JointProblem
+    on: BenchForward
     seen: list[BenchForward]
     bench: BenchEstimate
     state: State
     terms: list[Term]
-    causes: list[Numbers]
+
+
+def _begun(problem: JointProblem, look: Look | None, forward: BenchForward) -> _Stage:
+    state = start(problem)
+    on = stand(forward, state.values, look)
+    seen = views(on, problem)
+    problem = without_uneven(problem, problem.presses, on)
+    return _Stage(problem, on, seen, replace(problem.prior, discrepancy=COARSE), state, [])
+
+
+def _turn(
+    stage: _Stage, presses: Sequence[Press], look: Look | None, causes: list[Numbers]
+) -> tuple[_Stage, bool]:
+    """Go down once, and take what is left into the next turn; whether another would change little.
+
+    Presses are as they were measured. The scales of `causes` are judged anew.
+    """
+    problem, on, seen, bench, before, terms = stage
+    problem = weighed(problem, seen, before, bench.discrepancy)
+    state, terms, converged = descend(problem, on, before, terms)
+    still = camera_moved(problem, before.values, state.values) < _MOVED
+    on = stand(on, state.values, look, near=on.fields.seen if still else None)
+    problem = without_uneven(problem, presses, on)
+    seen = views(on, problem, terms)
+    discrepancy = likely_discrepancy(problem, seen, state)
+    memory = likely_memory(problem, seen, state, discrepancy)
+    problem = replace(problem, memory=memory)
+    problem = replace(problem, labels=_labels(problem, terms, state))
+    bench = replace(bench, converged=converged, discrepancy=discrepancy, memory=memory)
+    still = still and converged
+    if causes:
+        scales = likely_scales(information(problem, state, terms), causes)
+        still = still and _settled(problem, scales)
+        problem = rescaled(problem, scales)
+    return _Stage(problem, on, seen, bench, state, terms), still
 
 
 def _settled(problem: JointProblem, scales: F64) -> bool:
@@ -182,24 +198,24 @@ def _shown(problem: JointProblem, terms: list[Term], state: State) -> Shown:
     return Shown(off + left, spread, left, covariance)
 
 
-def _partly(solved: _Solved, prior: BenchEstimate, asked: Mask) -> BenchEstimate:
+def _partly(stage: _Stage, prior: BenchEstimate, asked: Mask) -> BenchEstimate:
     """Take over the numbers that were asked for.
 
     No end of an edge counts as pushing: a number at that limit is not known by it to the limit's
     width, it may lie anywhere beyond.
     """
-    shown = _described(solved, NO_LIMITS)
+    shown = _described(stage, [], NO_LIMITS)
     return replace(
         shown,
         values=np.where(asked, shown.values, prior.values),
         covariance=considered(shown.covariance, prior.covariance, asked),
-        held_out=_held_out(solved.problem, solved.state, solved.terms, prior, asked),
+        held_out=_held_out(stage.problem, stage.state, stage.terms, prior, asked),
         shown=shown,
     )
 
 
-def _described(solved: _Solved, limits: tuple[F64, F64]) -> BenchEstimate:
-    problem, seen, bench, state, terms, causes = solved
+def _described(stage: _Stage, causes: list[Numbers], limits: tuple[F64, F64]) -> BenchEstimate:
+    problem, _, seen, bench, state, terms = stage
     numbers = len(problem.scales)
     normal, _, _ = reduced(problem, state, terms, limits=limits)
     slope = _shared_slope(problem, seen, state, bench.discrepancy)
@@ -233,10 +249,7 @@ def _described(solved: _Solved, limits: tuple[F64, F64]) -> BenchEstimate:
 def _of_scales(
     problem: JointProblem, state: State, terms: list[Term], causes: list[Numbers]
 ) -> Posterior:
-    """Work out what the free numbers change by since the scales of causes are not known.
-
-    From the last step, whose scales were those of the turn before.
-    """
+    """Work out what the free numbers change by since the scales of causes are not known."""
     beside, by_numbers = deviation(state.values, problem.prior, problem.free)
     scales = problem.scales / problem.prior.prior[problem.free]
     known = information(problem, state, terms)

@@ -108,22 +108,22 @@ def test_presses_show_what_the_plate_remembers(forward, true, left, low, high):
 
 def test_a_bench_is_described_in_the_units_in_which_it_ended(forward, true, monkeypatch):
     """The last turn judges once more how wide each prior is; normal equations go with it."""
-    ended, describe = list[identification._Solved](), identification._described
+    ended, describe = list[identification._Stage](), identification._described
 
-    def kept(solved, limits):
-        ended.append(solved)
-        return describe(solved, limits)
+    def kept(stage, causes, limits):
+        ended.append(stage)
+        return describe(stage, causes, limits)
 
     monkeypatch.setattr(identification, "_described", kept)
     models.identify(forward, presses(forward, true), models.bench_before(PLATE))
-    (solved,) = ended
-    scales = solved.problem.scales / solved.problem.prior.prior[solved.problem.free]
+    (stage,) = ended
+    scales = stage.problem.scales / stage.problem.prior.prior[stage.problem.free]
     assert np.abs(np.log(scales)).max() > 0.3, "causes have turned out to be small"
-    given = zip(solved.problem.factors, solved.problem.presses, solved.seen, strict=True)
+    given = zip(stage.problem.factors, stage.problem.presses, stage.seen, strict=True)
     for (factor, press, on), touch, term in zip(
-        given, solved.state.touches, solved.terms, strict=True
+        given, stage.state.touches, stage.terms, strict=True
     ):
-        _, own, shared = joint.whiten_all(solved.problem, on, factor, press, touch)
+        _, own, shared = joint.whiten_all(stage.problem, on, factor, press, touch)
         np.testing.assert_allclose(term.bench, shared.T @ shared, rtol=1e-6, atol=1e-6)
         np.testing.assert_allclose(term.mixed, shared.T @ own, rtol=1e-6, atol=1e-3)
 
