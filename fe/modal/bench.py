@@ -137,7 +137,7 @@ class Pressed:
         return np.stack([along_x, along_y, -at(here)], axis=1).reshape(3 * len(force), -1).T
 
     def by_parameters(self) -> F64:
-        """Compute derivatives of `values` by the parameters of the bench: (n + D + U, 41)."""
+        """Compute derivatives of `values` by the parameters of the bench: (n + D + U, 54)."""
         return self._by_parameters
 
     @cached_property
@@ -176,7 +176,7 @@ class BenchPlate:
     Attributes
     ----------
     modal : ModalPlate
-    values : (41,) float64
+    values : (54,) float64
         See `fe.modal.parameters`: how it differs from its description. Derivatives by compliances
         are those of edges that give, also where an end would push.
     """
@@ -238,7 +238,7 @@ class BenchPlate:
 
     @cached_property
     def whole(self) -> F64:
-        """All numbers, those of the description included, (41,).
+        """All numbers, those of the description included, (54,).
 
         Edges give and never push: the compliance of an end that would push is none. Where it is
         below 0, stresses in the plane soon have a state that grows by itself.
@@ -367,7 +367,7 @@ class BenchPlate:
         return Tangent(*dgetrf(matrix)[:2], gained)
 
     def by_parameters(self, state: Pressed) -> F64:
-        """Compute derivatives of functions, details and drifts, (n + D + U, 41).
+        """Compute derivatives of functions, details and drifts, (n + D + U, 54).
 
         Those of the details are by what functions and stresses change.
         """

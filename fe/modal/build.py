@@ -158,14 +158,14 @@ def _legendre(places: F64, highest: int) -> F64:
 
 
 def _rising(gauss: Gauss) -> F64:
-    """Products of Legendre polynomials over the plate at its Gauss points, (14, gx, gy)."""
+    """Products of Legendre polynomials over the plate at its Gauss points, (27, gx, gy)."""
     highest = max(max(pair) for pair in DEGREES)
     x, y = (_legendre(axis.places, highest) for axis in (gauss.x, gauss.y))
     return np.stack([np.multiply.outer(x[:, i], y[:, j]) for i, j in DEGREES])
 
 
 def _graded(functions: Transverse, gauss: Gauss, rising: F64) -> F64:
-    """Bending energy, times 3, of thicknesses that rise: (14, n, n)."""
+    """Bending energy, times 3, of thicknesses that rise: (27, n, n)."""
     (xx, yy, xy), nu = _curvatures(functions, gauss), functions.held.poisson
     rigidity = rigidities(functions.held, functions.mesh)
     points = len(gauss.x.places) // functions.mesh.counts[0]

@@ -19,7 +19,7 @@ class Correction(NamedTuple):
     value : (D,) float64
     by_functions : (D, n) float64
     by_stresses : (D, M) float64
-    by_parameters : (D, 41) float64
+    by_parameters : (D, 54) float64
         By the tension and the shape at rest of a bench, while functions and stresses stay.
     """
 
@@ -37,7 +37,7 @@ def corrected(
     Parameters
     ----------
     products : Corrections
-    whole : (41,) float64
+    whole : (54,) float64
         Parameters of the bench, what its description gives included.
     firm : (D,) float64
         Bending energy of the details.

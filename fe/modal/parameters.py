@@ -1,7 +1,7 @@
-"""What a plate on a bench may have that its description does not say: 41 numbers, 0 if nothing.
+"""What a plate on a bench may have that its description does not say: 54 numbers, 0 if nothing.
 
 ln young and ln thickness scale the whole plate; the thickness may differ over it, as products of
-Legendre polynomials up to the fourth degree; the plate may be in tension and not flat while nothing
+Legendre polynomials up to the sixth degree; the plate may be in tension and not flat while nothing
 presses; each edge may give in rotation and in the plane, by the same everywhere or by more at one
 end.
 """
@@ -14,7 +14,7 @@ from fe.arrays import F64
 
 SIDES = ("west", "east", "south", "north")
 SHAPES = ("sag", "sag_x", "sag_y", "sag_xx", "sag_xy", "sag_yy")
-DEGREES = tuple((degree - k, k) for degree in range(1, 5) for k in range(degree + 1))
+DEGREES = tuple((degree - k, k) for degree in range(1, 7) for k in range(degree + 1))
 """Degrees in x and in y of each thickness that differs over the plate."""
 THICKNESSES = tuple("thickness_" + "x" * i + "y" * j for i, j in DEGREES)
 TENSIONS = ("tension_xx", "tension_yy", "tension_xy")
@@ -39,15 +39,15 @@ logarithm or a fraction."""
 NAMES = tuple(name for name, _ in BENCH_PARAMETERS)
 
 YOUNG, THICKNESS = 0, 1
-GRADED = slice(2, 16)
-TENSION = slice(16, 19)
-SHAPE = slice(19, 25)
-ROTATION = slice(25, 33)
-MEMBRANE = slice(33, 41)
+GRADED = slice(2, 29)
+TENSION = slice(29, 32)
+SHAPE = slice(32, 38)
+ROTATION = slice(38, 46)
+MEMBRANE = slice(46, 54)
 
 
 def bench_values(**given: float) -> F64:
-    """Numbers (41,) of a bench from those that are not 0, by name.
+    """Numbers (54,) of a bench from those that are not 0, by name.
 
     Raises
     ------

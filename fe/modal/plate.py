@@ -68,7 +68,7 @@ class ModalPlate:
         Unknowns of the displacements in the plane, orthonormal over the plate.
     stiffness : (n, n) float64
         Bending energy.
-    graded : (14, n, n) float64
+    graded : (27, n, n) float64
         That of a thickness that rises along x, y and both, times 3.
     turning : (8, J, J) float64
         Turns by moments, for each edge and its slope.
@@ -78,7 +78,7 @@ class ModalPlate:
         Products with the stresses, then what gives the drifts: lower triangles.
     shaped : (S, M + U, n) float64
         The same with a shape of 1 mm.
-    easing : (14, M, M) float64
+    easing : (27, M, M) float64
         Complementary energy of the thickness that rises.
     giving : (8, M, M) float64
         That of the edges.
@@ -130,7 +130,7 @@ class ModalPlate:
 
     @cached_property
     def described(self) -> F64:
-        """Parameters (41,) that the description gives: tension, shape and how its edges give.
+        """Parameters (54,) that the description gives: tension, shape and how its edges give.
 
         A shape is the nearest one that vanishes where edges hold.
         """

@@ -87,7 +87,7 @@ def drawn(
 
 
 def _bench(modal: ModalPlate, number: int, rng: np.random.Generator) -> F64:
-    """Draw a bench (41,); of four one has rigid clamps, and one a single soft clamp."""
+    """Draw a bench (54,); of four one has rigid clamps, and one a single soft clamp."""
     plate, values = modal.plate, np.zeros(len(NAMES))
     side, stiff = np.sqrt(plate.area), plate.young * plate.thickness
     values[SHAPE] = rng.normal(0.0, _SHAPE * plate.thickness, len(values[SHAPE]))

@@ -48,12 +48,12 @@ class BenchEstimate:
 
     Attributes
     ----------
-    values : (50,) float64
+    values : (63,) float64
         In the order of `BENCH`.
-    covariance : (50, 50) float64
+    covariance : (63, 63) float64
     discrepancy : float
         Error of the model beside them, a fraction of what a touch moves.
-    prior : (50,) float64
+    prior : (63,) float64
         Standard deviations before any press.
     memory : float
         Fraction of a touch that the plate may still show when it has ended, its standard deviation.
@@ -98,7 +98,7 @@ class BenchEstimate:
 
     @property
     def sigma(self) -> F64:
-        """Standard deviation of each number, (50,)."""
+        """Standard deviation of each number, (63,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     @property
@@ -116,7 +116,7 @@ class BenchEstimate:
 
     @property
     def known(self) -> Mask:
-        """Which numbers the presses determine, (50,)."""
+        """Which numbers the presses determine, (63,)."""
         return self.sigma < _KNOWN * self.prior
 
     @property
@@ -197,7 +197,7 @@ def correlation_root(bench: BenchEstimate, free: Mask) -> F64:
 
 
 def prior_sigma(plate: fe.Plate) -> F64:
-    """Return standard deviations (50,) of a bench built with care and measured with a ruler.
+    """Return standard deviations (63,) of a bench built with care and measured with a ruler.
 
     Compliances are in parts of the plate's own, tension is that of half a kelvin of PVC.
     """

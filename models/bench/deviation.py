@@ -24,10 +24,10 @@ def deviation(values: F64, prior: BenchEstimate, free: Mask) -> tuple[F64, F64]:
 
     Parameters
     ----------
-    values : (50,) float64
+    values : (63,) float64
         Numbers of the bench.
     prior : BenchEstimate
-    free : (50,) bool
+    free : (63,) bool
         P numbers that may differ from the prior.
 
     Returns

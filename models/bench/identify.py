@@ -320,9 +320,9 @@ def considered(found: F64, prior: F64, asked: Mask) -> F64:
 
     Parameters
     ----------
-    found, prior : (50, 50) float64
+    found, prior : (63, 63) float64
         Covariance with all numbers found, and before.
-    asked : (50,) bool
+    asked : (63,) bool
     """
     kept = np.flatnonzero(~asked & (np.diag(prior) > 0))
     square = np.ix_(kept, kept)

@@ -76,7 +76,7 @@ class JointProblem:
 class State(NamedTuple):
     """Numbers of the bench, the touch of each press, and the noise of the reference."""
 
-    values: F64  # (50,)
+    values: F64  # (63,)
     touches: F64  # (N, 3)
     noise: F64  # (R,), in units of its standard deviation
 

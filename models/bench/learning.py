@@ -138,17 +138,17 @@ def likeliest(
 
 
 def _spread(seen: F64, covariance: F64) -> F64:
-    """Covariance (m, m) of a measurement of derivative (m, 50) and noise 1."""
+    """Covariance (m, m) of a measurement of derivative (m, 63) and noise 1."""
     return np.eye(len(seen)) + seen @ covariance @ seen.T
 
 
 def _gain(spread: F64, seen: F64, covariance: F64) -> F64:
-    """Gain (50, m) of that measurement."""
+    """Gain (63, m) of that measurement."""
     return np.asarray(np.linalg.solve(spread, seen @ covariance).T, dtype=np.float64)
 
 
 class _Step(NamedTuple):
-    """Change of bench (50,) and touches (n, 3), what showed it, χ², and how far it goes."""
+    """Change of bench (63,) and touches (n, 3), what showed it, χ², and how far it goes."""
 
     change: F64
     touches: F64
@@ -203,7 +203,7 @@ def _step(
 def _whitened(
     on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, left: Traces
 ) -> tuple[F64, F64, F64]:
-    """Whiten what touches leave (m,), its derivatives by them (m, 3n) and by the bench (m, 50)."""
+    """Whiten what touches leave (m,), its derivatives by them (m, 3n) and by the bench (m, 63)."""
     predicted, own = on.read(touches)
     variance = press.total_noise**2 + bench.discrepancy**2 * own_error(predicted)
     spread = variance * np.eye(len(predicted))

@@ -23,7 +23,7 @@ SOFT = 0.03  # in a covariance: a number at its limit is not known to HARD
 
 
 def _ends() -> F64:
-    """Compliance of both ends of each edge by the numbers of a bench, (16, 50)."""
+    """Compliance of both ends of each edge by the numbers of a bench, (16, 63)."""
     rows: list[F64] = []
     for name in NAMES:
         if f"{name}_slope" in NAMES:
@@ -38,15 +38,15 @@ _ENDS = _ends()
 
 
 def pushing(values: F64, described: F64, prior: BenchEstimate, width: float) -> tuple[F64, F64]:
-    """Find the ends of edges that push: their rows (n, 50) and their excess (n,), below 0.
+    """Find the ends of edges that push: their rows (n, 63) and their excess (n,), below 0.
 
     Both in units of which the square adds to χ².
 
     Parameters
     ----------
-    values : (50,) float64
+    values : (63,) float64
         Numbers of the bench.
-    described : (41,) float64
+    described : (54,) float64
         What the plate's description has of them already.
     prior : BenchEstimate
     width : float
@@ -58,7 +58,7 @@ def pushing(values: F64, described: F64, prior: BenchEstimate, width: float) -> 
 
 
 def ends(values: F64, described: F64, prior: BenchEstimate, width: float) -> tuple[F64, F64]:
-    """Find the ends of all edges that may give: rows (n, 50) and compliances (n,).
+    """Find the ends of all edges that may give: rows (n, 63) and compliances (n,).
 
     Parameters are those of `pushing`, and so are the units.
     """

@@ -56,7 +56,7 @@ class Posterior(NamedTuple):
 
 
 def causes_among(free: Mask, measured: Sequence[str] = ()) -> list[Numbers]:
-    """Say which of the numbers that are free, (50,), belong to one cause each.
+    """Say which of the numbers that are free, (63,), belong to one cause each.
 
     What was measured beforehand is nothing that goes wrong, and belongs to none.
     """

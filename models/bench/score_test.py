@@ -38,7 +38,7 @@ class Slopes:
 
     Attributes
     ----------
-    free : (50,) bool
+    free : (63,) bool
         The P numbers that these are.
     slope : (P,) float64
     normal : (P, P) float64

@@ -93,7 +93,7 @@ class BenchFields:
 
     @property
     def values(self) -> F64:
-        """All numbers of the bench, (50,); see `BENCH`."""
+        """All numbers of the bench, (63,); see `BENCH`."""
         return np.concatenate([self.bench.values, self.camera])
 
     def value(self, xy: F64) -> F64:
@@ -260,13 +260,13 @@ class BenchForward:
         return known[1:]
 
     def by_bench(self, touches: F64) -> F64:
-        """Compute derivatives of the measurement by every number of the bench, (50, m)."""
+        """Compute derivatives of the measurement by every number of the bench, (63, m)."""
         if not len(touches):
             return np.zeros((len(BENCH), len(self.whitening)))
         return self._by_bench(self._about(touches))
 
     def _by_bench(self, state: fe.Pressed) -> F64:
-        """Compute derivatives of what a state shows by every number of the bench, (50, m)."""
+        """Compute derivatives of what a state shows by every number of the bench, (63, m)."""
         derivatives = np.zeros((len(BENCH), len(self.whitening)))
         derivatives[:_PLATE] = (self.reading @ state.by_parameters()).T
         if self.fields.seen is not None:
@@ -301,7 +301,7 @@ class BenchForward:
         )
 
     def left_by_bench(self, touches: F64) -> F64:
-        """Compute derivatives of what each would show by every number of the bench, (n, 50, m)."""
+        """Compute derivatives of what each would show by every number of the bench, (n, 63, m)."""
         shape = len(touches), len(BENCH), len(self.whitening)
         states = self._ended(touches)
         derivatives = _kept(self._left_by_bench, touches, lambda k: self._by_bench(states[k]))
@@ -331,7 +331,7 @@ class BenchForward:
         return replace(self, fields=fields, _left={}, _left_by_bench={}, _last={})
 
     def moved(self, values: F64) -> BenchForward:
-        """Return the same measurement on a bench near by, (50,), its camera to first order."""
+        """Return the same measurement on a bench near by, (63,), its camera to first order."""
         seen, change = self.fields.seen, values - self.fields.values
         if seen is not None:
             matrix = seen.matrix + np.tensordot(change[_PLATE:], seen.derivatives, 1)
@@ -339,7 +339,7 @@ class BenchForward:
         return self.on(values, seen)
 
     def on(self, values: F64, seen: Seen | None) -> BenchForward:
-        """Return the same measurement on another bench, (50,), through what its camera sees."""
+        """Return the same measurement on another bench, (63,), through what its camera sees."""
         bench = fe.BenchPlate(self.fields.bench.modal, values[:_PLATE])
         fields = BenchFields(bench, seen, values[_PLATE:])
         return replace(self, fields=fields, _left={}, _left_by_bench={}, _last={})

@@ -41,7 +41,7 @@ class _Frame:
 
     @property
     def free(self) -> Mask:
-        """Numbers of the bench of which something is not known, (50,)."""
+        """Numbers of the bench of which something is not known, (63,)."""
         return self.bench.prior > 0
 
     def whiten(self, rows: F64) -> F64:

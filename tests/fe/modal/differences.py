@@ -27,7 +27,7 @@ def by_parameter(modal, values, touches, name):
 
 
 def loosened(values):
-    """Bench (41,) whose edges all give at both ends, by more than what is differenced."""
+    """Bench (54,) whose edges all give at both ends, by more than what is differenced."""
     more = {
         name: 3.0 * STEPS[name.split("_")[0]]
         for name, _ in fe.BENCH_PARAMETERS
