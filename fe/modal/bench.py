@@ -29,7 +29,7 @@ from fe.modal.plate import ModalPlate
 _STEPS = 60
 # Of the load, up to which forces may be out of balance before the last step. That is one of Newton:
 # it leaves about the square of this, and what the plate does to touches is right to it.
-_BALANCED = 1e-5
+_BALANCED = 1e-6
 # Fall of what is out of balance in a step, above which the tangent is made anew.
 _SLOW = 0.2
 
