@@ -82,7 +82,7 @@ def image_net_field(
         )
     tiles = adaptive_tiles(ref, image, start)
     if tiles is None:
-        return adaptive_alone(adaptive_field(ref, image), TOO_SMALL)
+        return adaptive_alone(adaptive_field(ref, image, start), TOO_SMALL)
     found = tiles_at_points(start, tiles)
     if min(ref.image.shape) < _SMALLEST or not found.valid.any():
         return adaptive_alone(found, TOO_SMALL)

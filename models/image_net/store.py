@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from models.arrays import F32
 from models.image_net.features import INPUTS
-from models.image_net.network import Weights, shapes
+from models.image_net.network import shapes
 from models.nets.array_file import NetKind
 from models.nets.grid_net import GridNet, load_grid_net, save_grid_net
 
@@ -16,24 +13,8 @@ FORMAT, VERSION = "touchplate image net", 1
 TRAIN = "train one by 'touchplate train image-net'"
 
 
-@dataclass(frozen=True, eq=False)
-class ImageNet:
-    """A trained image net.
-
-    Attributes
-    ----------
-    weights : dict of float32 arrays
-        By the names of `models.image_net.network.shapes`.
-    low, high : (INPUTS, 1, 1) float32
-        Least and largest of each input that training has seen.
-    about : dict
-        Seed, steps and CPU seconds of the training, as plain values.
-    """
-
-    weights: Weights
-    low: F32
-    high: F32
-    about: dict[str, Any]
+class ImageNet(GridNet):
+    """A trained image net, of the weights that `models.image_net.network` names."""
 
 
 def save_image_net(path: str | Path, net: ImageNet) -> None:
@@ -44,7 +25,7 @@ def save_image_net(path: str | Path, net: ImageNet) -> None:
     OSError
         The file cannot be written.
     """
-    save_grid_net(path, _kind(TRAIN), GridNet(net.weights, net.low, net.high, net.about))
+    save_grid_net(path, _kind(TRAIN), net)
 
 
 def load_image_net(path: str | Path, remedy: str = TRAIN) -> ImageNet:
@@ -63,7 +44,7 @@ def load_image_net(path: str | Path, remedy: str = TRAIN) -> ImageNet:
     ValueError
         It is damaged, of another version or something else.
     """
-    return ImageNet(*load_grid_net(path, _kind(remedy), shapes(), INPUTS))
+    return load_grid_net(ImageNet, path, _kind(remedy), shapes(), INPUTS)
 
 
 def _kind(remedy: str) -> NetKind:

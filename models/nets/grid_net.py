@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,22 +15,27 @@ from models.nets.array_file import NetKind, load_arrays, save_arrays
 _BOUNDS = ("low", "high")
 
 
-class GridNet(NamedTuple):
-    """What the file of a net on a grid holds.
+@dataclass(frozen=True, eq=False)
+class GridNet:
+    """A trained net on a grid.
 
     Attributes
     ----------
     weights : dict of float32 arrays
+        By the names of the shapes of its kind.
     low, high : (C, 1, 1) float32
         Least and largest of each input that training has seen.
     about : dict
-        What names the training, as plain values.
+        Seed, steps and CPU seconds of the training, as plain values.
     """
 
     weights: dict[str, F32]
     low: F32
     high: F32
     about: dict[str, Any]
+
+
+_Net = TypeVar("_Net", bound=GridNet)
 
 
 def save_grid_net(path: str | Path, kind: NetKind, net: GridNet) -> None:
@@ -45,8 +51,12 @@ def save_grid_net(path: str | Path, kind: NetKind, net: GridNet) -> None:
 
 
 def load_grid_net(
-    path: str | Path, kind: NetKind, shapes: Mapping[str, tuple[int, ...]], inputs: int
-) -> GridNet:
+    net: type[_Net],
+    path: str | Path,
+    kind: NetKind,
+    shapes: Mapping[str, tuple[int, ...]],
+    inputs: int,
+) -> _Net:
     """Read what `save_grid_net` wrote of a net with weights of these shapes and so many inputs.
 
     Raises
@@ -59,7 +69,7 @@ def load_grid_net(
     bounds = dict.fromkeys(_BOUNDS, (inputs, 1, 1))
     arrays, said = load_arrays(path, kind, dict(shapes) | bounds)
     low, high = (arrays.pop(name) for name in _BOUNDS)
-    return GridNet({name: arrays[name] for name in shapes}, low, high, said["about"])
+    return net({name: arrays[name] for name in shapes}, low, high, said["about"])
 
 
 def input_range(channels: int, inputs: Iterable[F32]) -> tuple[F32, F32]:
