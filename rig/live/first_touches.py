@@ -8,7 +8,6 @@ first touches together a bench is found as from presses, at places and forces th
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +15,7 @@ import fe
 import models
 import synthetic
 from rig.live.known_bench import KnownBench
+from rig.live.next_bench import NextBench
 
 ENOUGH = 24, 48
 """Touches from which a bench is found, and from which it is found once more.
@@ -23,16 +23,6 @@ ENOUGH = 24, 48
 Of fewer, one whose camera stands a millimetre elsewhere may look as likely.
 """
 _PLATE = len(fe.BENCH_PARAMETERS)
-
-
-class NextBench(NamedTuple):
-    """What is known of a bench from the next frame on, and how its camera sees the plate's fields.
-
-    None where that is so near by that first order tells it.
-    """
-
-    bench: models.BenchEstimate
-    seen: models.Seen | None = None
 
 
 @dataclass(frozen=True, eq=False)

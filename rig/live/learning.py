@@ -12,101 +12,35 @@ A bench of which nothing is known but its scene is found from its first touches 
 from __future__ import annotations
 
 from concurrent.futures import Future
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import hypot, inf
-from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 import models
-from models import BenchEstimate, BenchForward, Result
-from rig.live.baseline import is_consistent
+from models import BenchEstimate, BenchForward
 from rig.live.beside import beside, failure
 from rig.live.chain import Chain
-from rig.live.first_touches import FirstTouches, NextBench
+from rig.live.first_touches import FirstTouches
 from rig.live.frame_estimate import FrameEstimate
+from rig.live.held_touch import ELSEWHERE, HeldTouch, hold, is_apart, steady_touch
+from rig.live.learned import Learned
+from rig.live.next_bench import NextBench
 from rig.live.notice import Notice
-from rig.live.visibility import MaskedModels
-from rig.system.arrays import F64, Mask
+from rig.system.arrays import F64
 
 HELD = 8
 """Frames that a touch must be held for, and is looked at for."""
 LATER = 20
 """Frames after which what was learned is taken over."""
-_STILL, _STEADY = 1.5, 0.1  # mm and fraction of the force between frames of one touch
-_ELSEWHERE = 15.0  # mm from the touch before, which a touch must lie away to say something new,
-_LONG_AGO = 20.0  # s, or so long after it
+_LONG_AGO = 20.0  # s after the touch before, from which on one at the same place says something new
 _STRONG = 0.5  # N
 _UNSURE = 30.0  # s after which a bench that showed nothing is less sure
 WEIGHT = 3e-3
 """Standard deviation of a known weight, as a fraction: kitchen scales, and that it lies flat."""
 _OTHER = 4.0  # standard deviations by which a touch may differ from the weight that it shall be
 _PRESSED = 2.0  # N, for which is stated how well the newton is known
-
-
-@dataclass(frozen=True)
-class Learned:
-    """How far the learning has come.
-
-    Attributes
-    ----------
-    touches : int
-        That have said something of the bench.
-    gathered : int
-        First touches since then, from which the bench is not found yet.
-    strange : int
-        That fitted no likely bench and were left aside.
-    weights : int
-        Of the touches, known weights.
-    force_sigma : float or None
-        Standard deviation of all forces by what is not known of the bench, as a fraction, in the
-        middle of the plate; None before the first frame.
-    weight : float or None, N
-        That is waited for.
-    """
-
-    touches: int = 0
-    gathered: int = 0
-    strange: int = 0
-    weights: int = 0
-    force_sigma: float | None = None
-    weight: float | None = None
-
-    @property
-    def sentence(self) -> str:
-        """How far it has come, for the user."""
-        parts = [f"learned from {self.touches} touch{'es' if self.touches != 1 else ''}"]
-        if self.gathered:
-            parts.append(f"{self.gathered} more gathered")
-        if self.weights:
-            parts.append(f"{self.weights} of known weight")
-        if self.strange:
-            parts.append(f"{self.strange} strange, left aside")
-        if self.force_sigma is not None:
-            parts.append(f"forces known to {100 * self.force_sigma:.1f} %")
-        return ", ".join(parts)
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """Its figures and what they say, ready for JSON."""
-        return asdict(self) | {"sentence": self.sentence}
-
-
-@dataclass(frozen=True, eq=False)
-class _Held:
-    """A touch that is held: its first place and force (3,), and what frames have shown so far.
-
-    In the last of them the camera has `moved` (R,), see `TilePattern.uncorrected`. The touch came
-    alone where the frame before showed no touch beside it.
-    """
-
-    touch: F64
-    shown: tuple[F64, ...]
-    moved: F64 | None
-    left: models.Traces
-    came_alone: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +89,7 @@ class Learning:
         self.bench, self.learned, self.notice = bench, Learned(), Notice()
         self._references, self._waits, self._first = references, waits, first
         self._before: F64 | None = np.empty((0, 2))  # places of the frame before, where known
-        self._held: _Held | None = None
+        self._held: HeldTouch | None = None
         self._last: tuple[float, F64] | None = None  # time and touch of what was learned last
         self._known_at: float | None = None
         self._work: _Work | None = None
@@ -221,9 +155,9 @@ class Learning:
             self._ask(time, held, chain)
         return self._less_sure(time) if self._work is None else None
 
-    def _has_gone(self, held: _Held, found: FrameEstimate) -> bool:
+    def _has_gone(self, held: HeldTouch, found: FrameEstimate) -> bool:
         """Whether a frame shows nothing near a touch of the one before, which lay still then."""
-        return found.measured is not None and _is_apart(held.touch, found.estimate.xy)
+        return found.measured is not None and is_apart(held.touch, found.estimate.xy)
 
     def _less_sure(self, time: float) -> NextBench | None:
         """Let a bench that has shown nothing for some time be less sure."""
@@ -307,28 +241,12 @@ class Learning:
             sigma = models.force_sigma(forward, self.bench, middle)
             self.learned = replace(self.learned, force_sigma=sigma)
 
-    def _holding(self, found: FrameEstimate, chain: Chain) -> _Held | None:
+    def _holding(self, found: FrameEstimate, chain: Chain) -> HeldTouch | None:
         """Add a frame to the touch that is held; None where it shows no single, steady touch."""
-        estimate = found.estimate
-        if (
-            found.measured is None
-            or estimate.result is not Result.FOUND
-            or estimate.count != 1
-            or not found.whole_and_clear
-            or not is_consistent(estimate)
-        ):
+        touch = steady_touch(found)
+        if touch is None or touch[2] < _STRONG or not self._may_be_weight(found):
             return None
-        touch = np.array([*estimate.xy[0], estimate.force[0]])
-        if touch[2] < _STRONG:
-            return None
-        shown = _of_whole_pattern(found.measured, found.hidden, chain)
-        if not self._may_be_weight(found):
-            return None
-        moved = chain.pattern.uncorrected(found.state.motion)
-        if self._held is None or not _same(self._held.touch, touch):
-            alone = self._before is not None and _is_apart(touch, self._before)
-            return _Held(touch, (shown,), moved, found.state.memory.left, alone)
-        return replace(self._held, shown=(*self._held.shown, shown), moved=moved)
+        return hold(self._held, touch, found, chain, self._before)
 
     def _may_be_weight(self, found: FrameEstimate) -> bool:
         """Whether a touch may be the weight that is waited for, if one is."""
@@ -344,7 +262,7 @@ class Learning:
         )
         return False
 
-    def _ask(self, time: float, held: _Held, chain: Chain) -> None:
+    def _ask(self, time: float, held: HeldTouch, chain: Chain) -> None:
         """Work out what a touch says, where it is not the one that was looked at last."""
         forward, weight = chain.estimator.forward, self.learned.weight
         if not isinstance(forward, BenchForward):
@@ -374,7 +292,7 @@ class Learning:
         if self._last is None:
             return True
         then, before = self._last
-        return time - then > _LONG_AGO or hypot(*(touch[:2] - before[:2])) > _ELSEWHERE
+        return time - then > _LONG_AGO or hypot(*(touch[:2] - before[:2])) > ELSEWHERE
 
 
 def _learned(
@@ -382,48 +300,3 @@ def _learned(
 ) -> NextBench | None:
     made = models.learn(forward, bench, press, left)
     return None if made is None or not made.is_sound else NextBench(made)
-
-
-def _is_apart(touch: F64, places: F64) -> bool:
-    """Whether none of some places (n, 2) is near a touch."""
-    return bool((np.hypot(*(places - touch[:2]).T) > _ELSEWHERE).all())
-
-
-def _of_whole_pattern(measured: F64, hidden: Mask, chain: Chain) -> F64:
-    """Whiten what a frame with a few hidden tiles shows as if these had shown the same."""
-    if not hidden.any():
-        return measured
-    visible = chain.masked_models.pattern_for(hidden).factor
-    amplitudes = solve_triangular(visible, measured, lower=True, trans=1, check_finite=False)
-    return np.asarray(chain.pattern.factor.T @ amplitudes, dtype=np.float64)
-
-
-def _same(before: F64, touch: F64) -> bool:
-    """Whether a touch is the one before, held still."""
-    moved = hypot(*(touch[:2] - before[:2]))
-    return moved < _STILL and abs(touch[2] - before[2]) < _STEADY * before[2]
-
-
-def on_learned(chain: Chain, known: NextBench) -> Chain:
-    """Stand a chain on another bench; its candidates stay where they are.
-
-    Raises
-    ------
-    ValueError
-        If the chain stands on an exact bench.
-    """
-    before, pattern, bench = chain.estimator, chain.pattern, known.bench
-    if not isinstance(before.forward, BenchForward):
-        raise ValueError("the chain stands on an exact bench, which nothing is learned of")
-    if np.array_equal(before.forward.fields.values, bench.values):  # it is less sure, no more
-        estimator = replace(before, bench=bench, grid=before.candidates)
-        return replace(chain, masked_models=MaskedModels(pattern, estimator, chain.noise))
-    forward, uneven = before.forward.moved(bench.values), pattern.uneven
-    if known.seen is not None:
-        forward, uneven = before.forward.on(bench.values, known.seen), known.seen.uneven
-    motions = replace(pattern.motions, modes=forward.fields, large=forward.fields)
-    grid = replace(before.candidates, forward=forward)
-    estimator = replace(before, forward=forward, bench=bench, grid=grid)
-    on_bench = replace(pattern, motions=motions, uneven=uneven)
-    masked = MaskedModels(on_bench, estimator, chain.noise)
-    return replace(chain, masked_models=masked)

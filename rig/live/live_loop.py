@@ -11,7 +11,7 @@ from rig.system.timing import Stopwatch
 
 if TYPE_CHECKING:
     from models import BenchEstimate
-    from rig.live.learning import Learned
+    from rig.live.learned import Learned
 
 Progress = Callable[[int, int, Snapshot], object]
 """Called as ``progress(done, total, snapshot)`` while the loop gets ready."""

@@ -19,7 +19,8 @@ from rig.live.first_touches import FirstTouches
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.gestures import Gesture, Gestures
-from rig.live.learning import Learned, Learning
+from rig.live.learned import Learned
+from rig.live.learning import Learning
 from rig.live.live_loop import Progress, to_nobody
 from rig.live.pace import LATENCY, Pace
 from rig.live.quality import signs

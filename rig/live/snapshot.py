@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from models import Estimate, Tap
     from rig.live.gestures import Gesture
-    from rig.live.learning import Learned
+    from rig.live.learned import Learned
     from rig.live.tracks import Event
 
 

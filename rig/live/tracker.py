@@ -10,10 +10,9 @@ from models import BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import ChainState, at_rest
-from rig.live.first_touches import NextBench
 from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate
-from rig.live.learning import on_learned
 from rig.live.memory import Memory
+from rig.live.next_bench import NextBench, on_next_bench
 from rig.live.pace import LATENCY
 from rig.live.quality import SOFT
 from rig.live.reported import report_frame
@@ -133,7 +132,7 @@ class FrameProcessor:
 
     def stand_on(self, known: NextBench) -> None:
         """Take another bench from the next frame on."""
-        self.chain = on_learned(self.chain, known)
+        self.chain = on_next_bench(self.chain, known)
         if self.strain is not None and self.strain.estimator is not None:
             self.strain = with_touches(self.strain, self.chain)
 

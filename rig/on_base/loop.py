@@ -13,7 +13,7 @@ import numpy as np
 
 from rig.live.baseline import ReferenceFrame
 from rig.live.first_frames import take_reference
-from rig.live.learning import Learned
+from rig.live.learned import Learned
 from rig.live.live_loop import Progress, to_nobody
 from rig.live.loop import MISSED, SILENCE
 from rig.live.notice import Notice

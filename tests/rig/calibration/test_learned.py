@@ -18,7 +18,7 @@ from rig.calibration.learned import (
     learned_beside,
     read_learned,
 )
-from rig.live.learning import Learned
+from rig.live.learned import Learned
 
 PLATE = fe.Plate((254.0, 203.0), 1.0, 3000.0, 0.38)
 NOW = datetime(2026, 3, 1, 12, tzinfo=UTC)

@@ -3,7 +3,7 @@
 import pytest
 
 from rig.commands.run import _table
-from rig.live.learning import Learned
+from rig.live.learned import Learned
 
 SUMMARY = {
     "frames": 9, "fps": 30.0, "dropped": 0, "latency_ms": {"median": 8.0, "p95": 9.0},

@@ -9,9 +9,10 @@ import pytest
 import fe
 import models
 from models import Estimate, Result
-from rig.live.first_touches import ENOUGH, FirstTouches, NextBench
+from rig.live.first_touches import ENOUGH, FirstTouches
 from rig.live.learning import HELD, LATER, Learning
 from rig.live.memory import Memory
+from rig.live.next_bench import NextBench
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NAMES = [name for name, _ in models.BENCH]

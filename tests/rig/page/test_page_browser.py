@@ -17,7 +17,7 @@ from playwright.sync_api import expect, sync_playwright
 from models import Tap
 from rig.calibration.guide import Progress
 from rig.live.gestures import Gesture
-from rig.live.learning import Learned
+from rig.live.learned import Learned
 from rig.live.snapshot import Alarm, BaseReading, Mark, Sign, StableShape
 from rig.page import serve
 from rig.page.controls import (
