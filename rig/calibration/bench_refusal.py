@@ -61,6 +61,10 @@ def _median_away(places: F64, seen: F64) -> float:
     return float(np.median(np.hypot(*(places - seen).T)))
 
 
+class UnsoundBenchError(ValueError):
+    """Presses show a bench that cannot be."""
+
+
 def require_sound(bench: models.BenchEstimate, size: tuple[float, float]) -> None:
     """Refuse a bench that cannot be: one that did not converge, or of numbers that no bench has.
 
@@ -73,13 +77,13 @@ def require_sound(bench: models.BenchEstimate, size: tuple[float, float]) -> Non
 
     Raises
     ------
-    ValueError
+    UnsoundBenchError
         With the number that is wrong, and what may be its cause.
     """
     shown = bench.shown or bench  # a number that nobody asked for may be as wrong
     reason = _number(shown) or _presses(bench, size) or _certainty(shown)
     if reason is not None:
-        raise ValueError(f"{reason}: {_KEPT}")
+        raise UnsoundBenchError(f"{reason}: {_KEPT}")
 
 
 def _number(bench: models.BenchEstimate) -> str | None:

@@ -5,8 +5,9 @@ thickness by what the prior of a usual bench states, and so are clamps, tension,
 thickness, pose, focal length and lens, each of which is as it should be on every second bench. Ten
 touches a bench, before and after nine presses. Plates are up to 400 mm long, of PVC, acrylic,
 polycarbonate or aluminium, clamped, supported or free at their edges, seen from above or below by a
-camera whose image they may fill or not. Truth is the whole plate of von Kármán on its own mesh.
-Benches that would buckle at rest are drawn again.
+camera whose image they may fill or not. Where presses show a bench that the command refuses, it
+counts as refused, and its touches as they are before. Truth is the whole plate of von Kármán on its
+own mesh. Benches that would buckle at rest are drawn again.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 import fe
 import models
 import rig
+from rig.calibration.bench_refusal import UnsoundBenchError
 from rig.calibration.store import Calibration
 from rig.report.figure import Figure
 from rig.sources.real_twin import RealTwin
@@ -123,11 +125,13 @@ class DrawnBench:
 
 def drawn(benches: int) -> Iterator[Figure]:
     """Score touches on benches that are drawn, before and after nine presses."""
-    nominal, after = list[Score](), list[Score]()
+    nominal, after, refused = list[Score](), list[Score](), 0
     for number in range(benches):
         rng = np.random.default_rng((_SEED, number))
         with tempfile.TemporaryDirectory() as place:
             before, then = _scored(rng, number, Path(place))
+        refused += then is None
+        then = before if then is None else then
         nominal.append(before)
         after.append(then)
         yield from line(
@@ -138,23 +142,32 @@ def drawn(benches: int) -> Iterator[Figure]:
                     float(np.median(before.place)) if len(before.place) else None,
                     "mm",
                 ),
-                "place after": (float(np.median(then.place)), "mm"),
+                "place after": (
+                    float(np.median(then.place)) if len(then.place) else None,
+                    "mm",
+                ),
                 "missed before": (before.missed, "", None, TOUCHES),
                 "missed after": (then.missed, "", None, TOUCHES),
             },
         )
     for case, found in (("nominal scene", nominal), ("after 9 presses", after)):
         yield from line(TABLE, f"{benches} benches, {case}", **cells(pooled(found), NONE))
+    yield from line(
+        TABLE, f"{benches} benches, after 9 presses", refused=(refused, "", None, benches)
+    )
 
 
-def _scored(rng: np.random.Generator, number: int, folder: Path) -> tuple[Score, Score]:
+def _scored(rng: np.random.Generator, number: int, folder: Path) -> tuple[Score, Score | None]:
     bench, truth = _built(rng, number, folder)
     scene = folder / "scene.toml"
     scene.write_text(bench.scene + _FOLDER.format(folder=folder / "touches"), encoding="utf-8")
     made = _touched(rng, bench, truth, folder / "touches")
     nominal = score(rig.load(scene), Calibration(), made)
     listed = session.write_listed(truth, folder / "presses", _presses(bench), rng)
-    found = identified(scene, listed, listed.with_suffix(""))
+    try:
+        found = identified(scene, listed, listed.with_suffix(""))
+    except UnsoundBenchError:
+        return nominal, None
     return nominal, score(rig.load(scene), kept(found, folder), made)
 
 
