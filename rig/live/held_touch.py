@@ -47,8 +47,7 @@ def steady_touch(found: FrameEstimate) -> F64 | None:
     """Return the only touch of a frame (3,), in mm and N; None if it is not clear and fitted."""
     estimate = found.estimate
     if (
-        found.measured is None
-        or estimate.result is not Result.FOUND
+        estimate.result is not Result.FOUND
         or estimate.count != 1
         or not found.whole_and_clear
         or not is_consistent(estimate)

@@ -98,6 +98,7 @@ def test_a_bench_of_presses_at_unknown_places_is_kept_without_an_error(tmp_path)
 def test_a_bench_of_other_numbers_is_refused():
     entry = entry_of(bench(), datetime.now(UTC))["bench"]
     fewer = entry.model_copy(update={"names": entry.names[:-1]})
-    with pytest.raises(ValueError, match=f"other numbers than the {len(models.BENCH)} of today"):
+    said = f"other numbers than the {len(models.BENCH)} of today; run"
+    with pytest.raises(ValueError, match=said):
         Calibration(bench=fewer).known_bench()
     assert Calibration().known_bench() is None
