@@ -16,7 +16,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import scipy.sparse as sp
 
-from fe.arrays import F32, F64, Mask
+from fe.arrays import F32, F64, I64, Mask
+from fe.elements.band import Ordered, by_nodes, cholesky_by
 from fe.elements.edge_gram import edge_gram
 from fe.elements.factor import Factor, factor
 from fe.elements.gauss import Gauss, gauss
@@ -86,8 +87,15 @@ class Membrane:
         return keep
 
     @cached_property
-    def factor(self) -> Factor:
-        """Factors of the stiffness of the free unknowns."""
+    def order(self) -> I64:
+        """Free unknowns by their nodes, (N,) int64: the band of the stiffness is narrow."""
+        order, free = by_nodes(self.mesh, 2), np.moveaxis(self.keep, 0, 2).ravel()
+        number = np.moveaxis(np.cumsum(self.keep).reshape(self.keep.shape), 0, 2).ravel() - 1
+        return number[order][free[order]]
+
+    @cached_property
+    def factor(self) -> Ordered | Factor:
+        """Factors of the stiffness of the free unknowns; Cholesky's, as it is positive."""
         along, across = self.slopes
         area = (self.gauss.weights * self.stiffness).ravel()
         shear = 0.5 * (1.0 - self.plate.poisson) * area
@@ -101,7 +109,8 @@ class Membrane:
         springs = self._springs()
         matrix = sp.csr_array(sp.block_array([[uu + springs, uv], [uv.T, vv + springs]]))
         free = self.keep.ravel()
-        return factor(sp.csc_array(matrix[free][:, free]))
+        stiffness = sp.csc_array(matrix[free][:, free])
+        return cholesky_by(self.order, stiffness) or factor(stiffness)
 
     @cached_property
     def slopes(self) -> tuple[sp.csr_array, sp.csr_array]:

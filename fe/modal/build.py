@@ -13,7 +13,7 @@ from fe.arrays import F32, F64
 from fe.elements.gauss import Gauss, dense
 from fe.elements.mesh import Mesh, even_grid
 from fe.linear.energy import rigidities
-from fe.linear.membrane import Membrane
+from fe.linear.membrane import Membrane, stretch
 from fe.modal.parameters import DEGREES
 from fe.modal.plate import Corrections, ModalPlate
 from fe.modal.readings import Readings
@@ -23,6 +23,7 @@ from fe.modal.training import BENCHES, drawn, light
 from fe.modal.transverse import WAVES, Transverse, bending_read, transverse
 from fe.plate.checks import whole
 from fe.plate.plate import Plate
+from fe.reduced.parallel import in_parallel
 
 _ELEMENTS = 40  # along the longer side
 _MODES = 160
@@ -34,12 +35,12 @@ _COARSE = 60, 1  # stresses and drifts of the plate whose states are learned fro
 class _Long(NamedTuple):
     """How long each part of the way is, in those of a bench that is drawn."""
 
-    functions: int = 3
+    functions: int = 4
     light: int = 8
-    near: int = 10
+    near: int = 17
     drawn: int = BENCHES
-    stresses: int = 6
-    products: int = 20
+    stresses: int = 7
+    products: int = 23
 
 
 _LONG = _Long()
@@ -87,12 +88,13 @@ def modal_plate(
     step(_LONG.functions)
     coarse = stresses(functions, light(functions, forms), *_COARSE)
     step(_LONG.light)
-    near = _assembled(plate, functions, forms, coarse)
+    bent = _bending(functions)
+    near = _assembled(plate, functions, forms, bent, coarse)
     step(_LONG.near)
     learned = stresses(functions, drawn(functions, forms, near, step), _STRESSES, _DRIFTS)
     step(_LONG.stresses)
     if readings is None:
-        found = _assembled(plate, functions, forms, learned)
+        found = _assembled(plate, functions, forms, bent, learned)
     else:
         found = _read(plate, functions, forms, learned, readings)
     step(_LONG.products)
@@ -105,7 +107,7 @@ def _read(
     """Multiply all functions, and those that bend and stretch as a reading shows it."""
     plane = stretching_read(functions, plane, readings.stretched)
     functions = bending_read(functions, readings.bent)
-    found = _assembled(plate, functions, forms, plane)
+    found = _assembled(plate, functions, forms, _bending(functions), plane)
     return replace(found, corrections=_corrections(functions, forms, plane))
 
 
@@ -126,10 +128,31 @@ def _uniform(gauss: Gauss) -> F64:
     return np.eye(3)[:, None, None, :] * np.ones((1, *gauss.weights.shape, 1))
 
 
-def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses) -> ModalPlate:
+class _Bending(NamedTuple):
+    """Products of the functions of a plate with one another that ask for no stress in its plane.
+
+    Attributes
+    ----------
+    graded : (27, n, n) float64, N/mm
+    tense : (3, n, n) float64
+    """
+
+    graded: F64
+    tense: F64
+
+
+def _bending(functions: Transverse) -> _Bending:
+    gauss = Membrane(functions.held, functions.mesh).gauss
+    slopes = gauss.slopes(functions.values)
+    return _Bending(_graded(functions, gauss), _products(gauss, _uniform(gauss), slopes, slopes))
+
+
+def _assembled(
+    plate: Plate, functions: Transverse, forms: F64, bent: _Bending, plane: Stresses
+) -> ModalPlate:
     """Multiply all functions of a plate with one another."""
     rigid = Membrane(functions.held, functions.mesh)
-    slopes, rising = rigid.gauss.slopes(functions.values), _rising(rigid.gauss)
+    slopes = rigid.gauss.slopes(functions.values)
     all_stresses = np.concatenate([plane.stress, -plane.reading], axis=3)
     return ModalPlate(
         plate=plate,
@@ -138,12 +161,12 @@ def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses)
         values=functions.values,
         drifts=plane.drifts,
         stiffness=functions.stiffness,
-        graded=_graded(functions, rigid.gauss, rising),
+        graded=bent.graded,
         turning=functions.giving,
-        tense=_products(rigid.gauss, _uniform(rigid.gauss), slopes, slopes),
-        stretching=_triangles(_products(rigid.gauss, all_stresses, slopes, slopes)),
+        tense=bent.tense,
+        stretching=_triangles(rigid, all_stresses, slopes),
         shaped=_over_shapes(rigid.gauss, all_stresses, slopes, forms),
-        easing=np.stack([grading(rigid, plane.stress, weight) for weight in rising]),
+        easing=_easing(rigid, plane.stress),
         giving=plane.giving,
         slipping=plane.slipping,
         details=functions.details,
@@ -164,18 +187,26 @@ def _rising(gauss: Gauss) -> F64:
     return np.stack([np.multiply.outer(x[:, i], y[:, j]) for i, j in DEGREES])
 
 
-def _graded(functions: Transverse, gauss: Gauss, rising: F64) -> F64:
+def _graded(functions: Transverse, gauss: Gauss) -> F64:
     """Bending energy, times 3, of thicknesses that rise: (27, n, n)."""
     (xx, yy, xy), nu = _curvatures(functions, gauss), functions.held.poisson
     rigidity = rigidities(functions.held, functions.mesh)
     points = len(gauss.x.places) // functions.mesh.counts[0]
     rigidity = rigidity.repeat(points, axis=0).repeat(points, axis=1)
-    found: list[F64] = []
-    for rise in rising:
+
+    def energy(rise: F64) -> F64:
         weight = (3.0 * rise * rigidity * gauss.weights).reshape(-1, 1)
         mixed = xx.T @ (weight * (xx + nu * yy)) + yy.T @ (weight * (yy + nu * xx))
-        found.append(mixed + 2.0 * (1.0 - nu) * xy.T @ (weight * xy))
-    return np.stack(found)
+        return mixed + 2.0 * (1.0 - nu) * xy.T @ (weight * xy)
+
+    return np.stack(list(in_parallel(energy, _rising(gauss))))
+
+
+def _easing(rigid: Membrane, stress: F64) -> F64:
+    """Complementary energy of stresses in thicknesses that rise: (27, M, M)."""
+    return np.stack(
+        list(in_parallel(lambda rise: grading(rigid, stress, rise), _rising(rigid.gauss)))
+    )
 
 
 def _curvatures(functions: Transverse, gauss: Gauss) -> tuple[F64, F64, F64]:
@@ -200,14 +231,31 @@ def _products(gauss: Gauss, stress: F64, left: tuple[F64, F64], right: tuple[F64
     area = gauss.weights.reshape(-1, 1)
     found = np.empty((stress.shape[3], lx.shape[1], rx.shape[1]))
     for m, (xx, yy, xy) in enumerate(np.moveaxis(stress, 3, 0).reshape(stress.shape[3], 3, -1, 1)):
-        found[m] = lx.T @ (area * (xx * rx + xy * ry)) + ly.T @ (area * (xy * rx + yy * ry))
+        found[m] = (area * (xx * lx + xy * ly)).T @ rx + (area * (xy * lx + yy * ly)).T @ ry
     return found
 
 
-def _triangles(products: F64) -> F32:
-    """Lower triangles of symmetric matrices (R, n, n), (R, n (n + 1) / 2)."""
-    rows, columns = np.tril_indices(products.shape[1])
-    return np.ascontiguousarray(products[:, rows, columns], dtype=np.float32)
+def _triangles(rigid: Membrane, stress: F64, slopes: tuple[F64, F64]) -> F32:
+    """Lower triangles of `_products` of stresses with functions and these: (M, n (n + 1) / 2).
+
+    A row of all triangles is the work of all stresses on the strain of its pairs, one product of
+    matrices in single precision: what is kept of them is no more.
+    """
+    work = rigid.weigh(stress)
+    along, across = (part.reshape(-1, part.shape[2]).astype(np.float32) for part in slopes)
+    count = along.shape[1]
+    found = np.empty((len(work), count * (count + 1) // 2), dtype=np.float32)
+
+    def fill(row: int) -> None:
+        one, upto = slice(row, row + 1), slice(row + 1)
+        pairs = stretch((along[:, one], across[:, one]), (along[:, upto], across[:, upto]))
+        first = row * (row + 1) // 2
+        # The strain of a pair is half of its product.
+        found[:, first : first + row + 1] = 2.0 * (work @ pairs.reshape(work.shape[1], -1))
+
+    for _ in in_parallel(fill, range(count)):
+        pass
+    return found
 
 
 def _over_shapes(gauss: Gauss, stress: F64, slopes: tuple[F64, F64], forms: F64) -> F64:

@@ -20,6 +20,7 @@ from fe.modal.parameters import MEMBRANE, NAMES, ROTATION, SHAPE, TENSION
 from fe.modal.plate import ModalPlate
 from fe.modal.stresses import SOFT, softened
 from fe.modal.transverse import Transverse
+from fe.reduced.parallel import in_parallel
 from fe.reduced.training import evenly
 
 _PRESSED = (6, 4)  # places of light touches, along the longer side and the other
@@ -76,12 +77,17 @@ def drawn(
     rigid = Membrane(functions.held, functions.mesh)
     rng = np.random.default_rng(0)
     pressed = evenly(BENCHES * _TOUCHES, 6).reshape(BENCHES, _TOUCHES, 2, 3)
-    states: list[Stretched] = []
-    for number, fractions in enumerate(pressed):
-        bent = _bent(modal, shapes, _bench(modal, number, rng), fractions)
+    benches = [_bench(modal, number, rng) for number in range(BENCHES)]
+
+    def relaxed(number: int) -> Stretched:
+        bent = _bent(modal, shapes, benches[number], pressed[number])
         slopes, rest = rigid.gauss.slopes(bent.values), rigid.gauss.slopes(bent.shape)
         steeper = slopes[0] + 2.0 * rest[0], slopes[1] + 2.0 * rest[1]
-        states.append(softened(rigid, bent.giving).relax(stretch(slopes, steeper)))
+        return softened(rigid, bent.giving).relax(stretch(slopes, steeper))
+
+    states: list[Stretched] = []
+    for state in in_parallel(relaxed, range(BENCHES)):
+        states.append(state)
         step()
     return _joined(states)
 
