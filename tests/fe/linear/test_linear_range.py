@@ -137,6 +137,7 @@ def test_a_long_plate_says_what_a_few_widths_of_it_say(edges):
         assert long.demand == pytest.approx(few.demand, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_plate_says_the_same_turned_by_a_quarter():
     along, across = (
         linear_range(fe.Plate(size, 1.5, 3000.0, 0.3), 2.0)

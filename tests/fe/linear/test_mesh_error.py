@@ -17,7 +17,7 @@ def long_plate(aspect):
     return fe.Plate((100.0 * aspect, 100.0), 1.0, 3000.0, 0.3, fe.Edges(S, S, C, C))
 
 
-@pytest.mark.parametrize("aspect", [1.5, 20.0])
+@pytest.mark.parametrize("aspect", [1.5, pytest.param(20.0, marks=pytest.mark.slow)])
 def test_strain_meets_the_series_at_any_aspect_and_its_stated_error_is_the_true_one(aspect):
     plate = long_plate(aspect)
     place = np.array([0.43 * plate.size[0], 37.0])

@@ -79,7 +79,7 @@ def test_their_sum_is_the_deflection(modes):
     assert np.sqrt(np.mean(missed**2)) < 2e-3 * np.abs(truth).max()  # measured 1e-3
 
 
-@pytest.mark.parametrize("count", [60, 120, 240])
+@pytest.mark.parametrize("count", [60, 120, pytest.param(240, marks=pytest.mark.slow)])
 def test_what_modes_miss_under_the_touch_falls_with_their_number(count):
     # By Weyl's law λ_k -> D (4 π k / A)², and φ² is 1/A in the mean, so that what N modes leave
     # out of the deflection under a touch of 1 N is A / (16 π² D N).

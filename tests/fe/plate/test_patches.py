@@ -42,6 +42,7 @@ def test_a_contrast_beyond_the_digits_is_refused():
         fe.deflect(plate, line_load(120.0), fe.grid(plate, 40))
 
 
+@pytest.mark.slow
 def test_a_patch_like_the_rest_changes_nothing():
     plain = fe.Plate((90.0, 60.0), 1.0, 3000.0, 0.38)
     patch = fe.Patch((20.0, 50.0), (10.0, 40.0), 1.0, 3000.0)

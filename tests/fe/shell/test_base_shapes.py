@@ -33,6 +33,7 @@ def test_a_bow_rests_up_or_down_with_the_energy_of_the_elastica():
         assert shape.state.stability.verdict is fe.Verdict.STABLE
 
 
+@pytest.mark.slow
 def test_a_bow_that_is_twisted_far_rests_in_four_shapes_of_equal_energy():
     found = shapes(1.0, 12.0)
     assert len({shape.name for shape in found}) == len(found) == 4

@@ -129,6 +129,7 @@ def test_the_default_mesh_of_a_long_plate_is_fine_along_its_edges():
     assert np.diff(mesh.nodes[0])[40] > 5.0
 
 
+@pytest.mark.slow
 def test_even_pressure_bends_a_plate_between_two_clamps_as_it_does_timoshenkos_strip():
     """Without Poisson's ratio free ends do not know that the strip goes on."""
     clamped, free = fe.Clamped(), fe.Free()

@@ -75,6 +75,7 @@ def test_clamps_turn_rigidly_between_the_nodes_too_whatever_the_shape_of_element
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bend", "twist"), [(10.0, 30.0), (20.0, 45.0)])
 def test_large_bends_with_twists_converge_and_say_how_stable_they_are(bend, twist):
     stability = bent(bend, twist).stability
@@ -118,6 +119,7 @@ def test_a_touch_on_a_base_presses_against_its_normal():
     assert touched.stability.converged
 
 
+@pytest.mark.slow
 def test_influence_on_a_base_is_the_change_by_a_small_touch():
     state = bent(10.0, 15.0)
     gauges, force = np.array([[5.0, 20.0], [50.0, 95.0], [95.0, 70.0]]), 1e-3
@@ -168,6 +170,7 @@ def test_pressing_an_arch_hard_snaps_it_and_says_so(x, force):
     assert snapped.stability.verdict is Verdict.OTHER_BRANCH
 
 
+@pytest.mark.slow
 def test_a_finer_mesh_takes_over_the_shape_of_a_coarse_one():
     fine, coarse = Shell(PAPER, fe.grid(PAPER, 22)).at(Base(10.0, 5.0)), bent(10.0, 5.0)
     xy = np.random.default_rng(2).uniform(0, 100, (30, 2))

@@ -95,6 +95,7 @@ def test_springs_from_soft_to_rigid_converge(spring):
         np.testing.assert_allclose(state.values, held.values, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_film_with_free_edges_wrinkles_finer_than_the_mesh_and_says_so():
     film = fe.Plate(SIZE, 1e-5 * SIZE[1], YOUNG, 0.38, TWO)
     state = solve(film, [fe.Touch(100.0, 90.0, pull(film.thickness))], mesh=fe.grid(film, 12))

@@ -127,6 +127,7 @@ def test_firm_touches_are_starts_and_two_are_not_taken_for_one():
     assert said.estimate.result is models.Result.UNRESOLVABLE
 
 
+@pytest.mark.slow
 def test_what_no_base_explains_is_no_touch_but_a_sentence():
     other = synthetic.speckle(PLATE.size, diameter=1.2, softness=0.75, seed=9)
     strange = synthetic.render(other, CAMERA, None, SENSOR, np.random.default_rng(3), 0.5)

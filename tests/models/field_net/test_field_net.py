@@ -77,6 +77,7 @@ def test_noise_is_drawn_about_one():
     assert noise.max() < 3
 
 
+@pytest.mark.slow
 def test_rendered_images_have_the_displacement_and_slopes_that_they_state():
     """Subsets, which know nothing of the truth, find the same where it is smooth."""
     rng = np.random.default_rng(11)

@@ -260,7 +260,7 @@ def test_a_plate_is_seen_where_it_is(bench):
     assert seen[beside].max() < 0.05 * seen.max()  # the spline rings where the plate ends
 
 
-@pytest.mark.parametrize("margin", [0.1, 0.25])
+@pytest.mark.parametrize("margin", [pytest.param(0.1, marks=pytest.mark.slow), 0.25])
 def test_a_free_edge_is_seen_to_move_up_to_its_end(margin):
     edges = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
     plate = fe.Plate((60.0, 50.0), 1.0, 3000.0, 0.38, edges)

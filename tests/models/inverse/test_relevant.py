@@ -51,6 +51,7 @@ def test_places_are_better_known_where_one_thing_is_wrong(forward, numbers):
         assert places < 0.5 * all_wrong
 
 
+@pytest.mark.slow
 def test_noise_scatters_by_half_more_than_stated_as_scales_are_inferred_anew(forward):
     """docs/limits.md says so; the whole covariance holds it."""
     prior, rng = models.bench_before(PLATE), np.random.default_rng(11)

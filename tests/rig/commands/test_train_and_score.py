@@ -102,6 +102,7 @@ def test_the_error_over_the_plate_is_written_and_drawn(folder, trained, touchpla
     assert (folder / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_noise_of_the_gauges_brings_bound_bands_and_honesty(touchplate):
     noise = ["--set", "training.noise=0.02", "--set", "training.force=[1.0, 4.0]"]
     inputs = ["--set", "estimator.inputs=relative", "--set", "estimator.outputs=scaled"]

@@ -78,7 +78,7 @@ def test_a_recording_is_run_with_its_own_reference_and_truth(small, session, tmp
 def test_images_of_another_size_are_one_sentence(small, images, tmp_path):
     for k, image in enumerate(images[:16]):
         cv2.imwrite(str(tmp_path / f"{k}.png"), image[:-20])
-    scene = small({"source": {"kind": "folder", "path": str(tmp_path)}})
+    scene = small(EXACT | {"source": {"kind": "folder", "path": str(tmp_path)}})
     with pytest.raises(ValueError, match=r"images are 384 × 300 px .* to \[384, 300\]"):
         shots(scene)
 

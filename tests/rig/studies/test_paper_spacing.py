@@ -15,6 +15,7 @@ COARSE = {
 }
 
 
+@pytest.mark.slow
 def test_each_choice_has_a_loss_and_a_constant_rate_is_extrapolated(tmp_path, monkeypatch):
     falling = COARSE | {"estimator.decay": "cosine"}
     monkeypatch.setattr(trainings, "FOLDER", tmp_path)
