@@ -92,7 +92,9 @@ def fit_tiles(reference: TileReference, sums: TileSums) -> TileFit:
         that moved further looks strange everywhere.
     """
     pixels = float(reference.tiles.size**2)
-    shown = sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef
+    # The gradient is a part of a longer array or one of its own: one kernel is compiled for both.
+    gradient = np.ascontiguousarray(sums.gradient)
+    shown = sums.hessian, sums.light, gradient, sums.e, sums.ee, sums.ef
     return TileFit(reference, *_local(*shown, pixels))
 
 

@@ -70,15 +70,19 @@ def _exposed(light: AnyArray, noise: float, number: int) -> Grey:
 
 
 def _pressed(chain: Chain, count: int, force: float) -> F32:
-    """Press the plate at places round its middle."""
-    pattern = chain.pattern
+    """Press the plate at places round its middle, by no more than its thickness.
+
+    It bends linearly here: the largest force would move a thin plate farther than is followed.
+    """
+    pattern, motions = chain.pattern, chain.pattern.motions
     turn = 2 * np.pi * (np.arange(count) + 0.3) / count
-    at = 0.5 + ROUND * np.column_stack([np.cos(turn), np.sin(turn)])
+    fractions = 0.5 + ROUND * np.column_stack([np.cos(turn), np.sin(turn)])
+    at = fractions * np.asarray(motions.modes.plate.size)
+    bent = motions.modal_amplitudes(at, np.full(count, force))
+    deepest = np.abs(motions.modes.value(at) @ bent[: motions.modes.count]).max()
     amplitudes = pattern.still()
-    amplitudes[: pattern.count] = pattern.motions.modal_amplitudes(
-        at * np.asarray(pattern.motions.modes.plate.size), np.full(count, force)
-    )
-    return _moved(chain.reference, pattern.motions.flow(amplitudes))
+    amplitudes[: pattern.count] = bent * min(1.0, motions.modes.plate.thickness / deepest)
+    return _moved(chain.reference, motions.flow(amplitudes))
 
 
 def _moved(reference: TileReference, flow: F64) -> F32:
