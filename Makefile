@@ -41,13 +41,14 @@ demo: $(STAMP)  ## start the digital twin of a real bench and print the address 
 	@exec $(BIN)/touchplate run bench-real
 
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
-# On two cores: the kernels that most tests need are compiled once, beside the check of types.
+# The kernels that most tests need are compiled first, beside the check of types: commands that
+# others start wait some seconds for an answer, and no compiler.
 test: $(STAMP)  ## linters, types, import layers and all tests but long ones
 	@$(MAKE) --no-print-directory --jobs 2 lint kernels
 	$(PYTEST) -m "not slow" --ignore tests/dic
 
 kernels: $(STAMP)
-	$(BIN)/python -m pytest -m "not slow" tests/dic
+	$(PYTEST) -m "not slow" tests/dic
 
 slow: $(STAMP)  ## long tests and statistics, and every row of the table of stiff and extreme cases
 	$(PYTEST) -m slow

@@ -158,6 +158,6 @@ def test_images_that_end_while_something_moves_say_so(small, images, tmp_path):
         if k > 6:
             image[100:160, 100:180] = 90  # a hand that stays
         cv2.imwrite(str(tmp_path / f"{k:02d}.png"), image)
-    scene = small({"source": {"kind": "folder", "path": str(tmp_path)}})
+    scene = small(EXACT | {"source": {"kind": "folder", "path": str(tmp_path)}})
     with pytest.raises(OSError, match="after something moved in 1 series of 16 frames; give more"):
         shots(scene)
