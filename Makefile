@@ -41,8 +41,8 @@ demo: $(STAMP)  ## start the digital twin of a real bench and print the address 
 	@exec $(BIN)/touchplate run bench-real
 
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
-# The kernels that most tests need are compiled first, beside the check of types: commands that
-# others start wait some seconds for an answer, and no compiler.
+# The kernels that most tests need are compiled first, beside the check of types: tests that start
+# a command wait some seconds for its answer, not for a compiler.
 test: $(STAMP)  ## linters, types, import layers and all tests but long ones
 	@$(MAKE) --no-print-directory --jobs 2 lint kernels
 	$(PYTEST) -m "not slow" --ignore tests/dic

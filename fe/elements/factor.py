@@ -72,7 +72,18 @@ def factor(matrix: sp.csc_array) -> Factor:
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
-    inverse = operator(len(scale), factors.solve)
+    return Factor(factors, scale, check_condition(scaled, factors.solve))
+
+
+def check_condition(scaled: sp.csc_array, solve: Callable[[F64], F64]) -> float:
+    """Estimate the condition number of a scaled matrix in the 1-norm by how it is solved.
+
+    Raises
+    ------
+    ValueError
+        It is so large that rounding would show.
+    """
+    inverse = operator(scaled.shape[0], solve)
     condition = float(abs(scaled).sum(axis=0).max() * onenormest(inverse, t=1, itmax=3))
     if condition > _LARGEST_CONDITION:
         raise ValueError(
@@ -80,4 +91,4 @@ def factor(matrix: sp.csc_array) -> Factor:
             f"{_LARGEST_CONDITION:.0e}: rounding would show in the strains; hold the edges more "
             "firmly or bring the patches nearer to each other"
         )
-    return Factor(factors, scale, condition)
+    return condition

@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from fe.arrays import F32, F64, I64, Mask
 from fe.elements.band import Ordered, by_nodes, cholesky_by
 from fe.elements.edge_gram import edge_gram
-from fe.elements.factor import Factor, factor
+from fe.elements.factor import Factor, check_condition, factor
 from fe.elements.gauss import Gauss, gauss
 from fe.elements.mesh import Mesh, on_elements
 from fe.elements.rise import rise
@@ -110,7 +110,13 @@ class Membrane:
         matrix = sp.csr_array(sp.block_array([[uu + springs, uv], [uv.T, vv + springs]]))
         free = self.keep.ravel()
         stiffness = sp.csc_array(matrix[free][:, free])
-        return cholesky_by(self.order, stiffness) or factor(stiffness)
+        ordered = cholesky_by(self.order, stiffness)
+        if ordered is None:
+            return factor(stiffness)
+        scale = 1.0 / np.sqrt(stiffness.diagonal())
+        scaled = sp.csc_array(sp.diags_array(scale) @ stiffness @ sp.diags_array(scale))
+        check_condition(scaled, lambda right: (ordered.solve((right.T / scale).T).T / scale).T)
+        return ordered
 
     @cached_property
     def slopes(self) -> tuple[sp.csr_array, sp.csr_array]:

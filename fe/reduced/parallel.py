@@ -26,7 +26,7 @@ _WORKERS = 2
 def in_parallel(work: Callable[[Given], Found], given: Iterable[Given]) -> Iterator[Found]:
     """Do some work on each of what is given, and yield what comes of it in that order."""
     workers = min(_WORKERS, os.cpu_count() or 1)
-    with ThreadPoolExecutor(workers, "reduced plate") as pool:
+    with ThreadPoolExecutor(workers, "plate") as pool:
         try:
             yield from pool.map(work, given)
         finally:

@@ -72,7 +72,7 @@ def _exposed(light: AnyArray, noise: float, number: int) -> Grey:
 def _pressed(chain: Chain, count: int, force: float) -> F32:
     """Press the plate at places round its middle, by no more than its thickness.
 
-    It bends linearly here: the largest force would move a thin plate farther than is followed.
+    Where it bends linearly, the largest force would move a thin plate farther than is followed.
     """
     pattern, motions = chain.pattern, chain.pattern.motions
     turn = 2 * np.pi * (np.arange(count) + 0.3) / count

@@ -93,3 +93,10 @@ def test_a_stiff_plate_on_uneven_springs_moves_as_a_body(taper):
     held = [k * b / 2 * (b / 2) ** n * moment for n, moment in enumerate(moments)]
     alpha, beta = np.linalg.solve([held[:2], held[1:]], [1.0, y])
     assert moved == pytest.approx(alpha + beta * y, rel=1e-4)
+
+
+@pytest.mark.parametrize("spring", [1e-12, 1e-14])
+def test_a_plane_that_hardly_anything_holds_is_refused(spring):
+    plate = fe.Plate(PLATE.size, H, E, NU, fe.Elastic(inf, inf, spring))
+    with pytest.raises(ValueError, match=r"^stiffness of the plate has condition number"):
+        _ = Membrane(plate, fe.grid(plate, 20)).factor
